@@ -1,0 +1,5 @@
+//! Rays against everything.
+
+mod ray;
+
+pub use ray::{Hit, Ray, Surface};
