@@ -1,0 +1,116 @@
+//! Parameters of materials that may vary over a surface.
+
+use std::sync::Arc;
+
+use glam::{Vec2, Vec3};
+
+use crate::texture::Texture;
+
+/// Where on a surface a material is asked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfaceInput {
+    /// Texture coordinates; see [`Texture`] for the convention.
+    pub uv: Vec2,
+    /// The interpolated vertex colour, linear; it multiplies the colour of the material. White where there is none.
+    pub color: Vec3,
+}
+
+impl Default for SurfaceInput {
+    fn default() -> Self {
+        Self { uv: Vec2::ZERO, color: Vec3::ONE }
+    }
+}
+
+/// A colour: one for the whole surface, or from a picture.
+#[derive(Clone, Debug)]
+pub enum ColorInput {
+    /// The same everywhere, linear Rec. 709.
+    Constant(Vec3),
+    /// The red, green and blue of a texture.
+    Textured {
+        /// The picture.
+        texture: Arc<Texture>,
+        /// Multiplies the picture.
+        factor: Vec3,
+    },
+}
+
+impl ColorInput {
+    /// The colour at `uv`.
+    pub fn at(&self, uv: Vec2) -> Vec3 {
+        match self {
+            ColorInput::Constant(color) => *color,
+            ColorInput::Textured { texture, factor } => texture.sample(uv).truncate() * *factor,
+        }
+    }
+
+    /// The mean over the picture. Walks the whole picture: for preparation, not for shading.
+    pub fn mean(&self) -> Vec3 {
+        match self {
+            ColorInput::Constant(color) => *color,
+            ColorInput::Textured { texture, factor } => texture.mean().truncate() * *factor,
+        }
+    }
+}
+
+impl From<Vec3> for ColorInput {
+    fn from(color: Vec3) -> Self {
+        ColorInput::Constant(color)
+    }
+}
+
+/// A number: one for the whole surface, or from one channel of a picture.
+#[derive(Clone, Debug)]
+pub enum ScalarInput {
+    /// The same everywhere.
+    Constant(f32),
+    /// One channel of a texture.
+    Textured {
+        /// The picture.
+        texture: Arc<Texture>,
+        /// 0 red, 1 green, 2 blue, 3 alpha.
+        channel: usize,
+        /// Multiplies the picture.
+        factor: f32,
+    },
+}
+
+impl ScalarInput {
+    /// The value at `uv`.
+    pub fn at(&self, uv: Vec2) -> f32 {
+        match self {
+            ScalarInput::Constant(value) => *value,
+            ScalarInput::Textured { texture, channel, factor } => {
+                texture.sample(uv).to_array()[(*channel).min(3)] * factor
+            }
+        }
+    }
+}
+
+impl From<f32> for ScalarInput {
+    fn from(value: f32) -> Self {
+        ScalarInput::Constant(value)
+    }
+}
+
+/// A tangent-space normal map: texel (r, g, b) means the normal (2r − 1, 2g − 1, 2b − 1), +y towards smaller v
+/// ("OpenGL" sense, as glTF has it).
+#[derive(Clone, Debug)]
+pub struct NormalMap {
+    /// The picture, in [`Linear`](halflight_image::ColorSpace::Linear) space.
+    pub texture: Arc<Texture>,
+    /// Multiplies the x and y of the normal.
+    pub scale: f32,
+}
+
+impl NormalMap {
+    /// The unit normal at `uv` in the tangent frame; +z where the picture holds nothing usable.
+    pub fn at(&self, uv: Vec2) -> Vec3 {
+        let texel = self.texture.sample(uv).truncate();
+        let normal = (texel * 2.0 - Vec3::ONE) * Vec3::new(self.scale, self.scale, 1.0);
+        match normal.try_normalize() {
+            Some(unit) if unit.z > 0.0 => unit,
+            _ => Vec3::Z,
+        }
+    }
+}

@@ -1,0 +1,172 @@
+//! What a surface is made of, as a scene describes it.
+
+use std::sync::Arc;
+
+use glam::{Vec2, Vec3};
+
+use crate::bsdf::Bsdf;
+use crate::diffuse::Diffuse;
+use crate::input::{ColorInput, NormalMap, ScalarInput, SurfaceInput};
+use crate::merl::MeasuredBrdf;
+
+/// What a surface is made of.
+#[derive(Clone, Debug)]
+pub struct Material {
+    /// How the scene calls it.
+    pub name: String,
+    /// How it scatters.
+    pub kind: MaterialKind,
+    /// The radiance it emits, the same in every direction; `None` if it does not shine.
+    pub emission: Option<ColorInput>,
+    /// Whether an opaque surface scatters from behind as it does from the front; else it is black from behind.
+    pub two_sided: bool,
+    /// Small bumps, as normals in the tangent frame. The caller turns the shading frame by them, see
+    /// [`Material::shading_normal_local`].
+    pub normal_map: Option<NormalMap>,
+}
+
+/// The ways to scatter. Roughness is from 0 to 1, and α = roughness².
+#[derive(Clone, Debug)]
+pub enum MaterialKind {
+    /// Scatters nothing: what only shines, or only blocks.
+    Black,
+    /// Lambert's surface.
+    Diffuse {
+        /// The part of light it gives back.
+        albedo: ColorInput,
+    },
+    /// A diffuse part and a power-cosine lobe about the mirror direction, in the reciprocal form.
+    Phong {
+        /// Albedo of the diffuse part.
+        diffuse: ColorInput,
+        /// What the lobe reflects at normal incidence.
+        specular: ColorInput,
+        /// The power of the cosine.
+        exponent: ScalarInput,
+    },
+    /// Metal: a GGX surface; smooth (a mirror) where the roughness is below about 0.03.
+    Conductor {
+        /// What a flat piece of it reflects.
+        color: ConductorColor,
+        /// Roughness along the tangent and, unless `anisotropy` says otherwise, across it.
+        roughness: ScalarInput,
+        /// From −1 to 1: the highlight is stretched along the tangent (above 0) or across it (below 0), as in
+        /// Burley 2012: αx = α / √(1 − 0.9a), αy = α · √(1 − 0.9a).
+        anisotropy: f32,
+    },
+    /// Glass, water: reflects and refracts; smooth where the roughness is below about 0.03.
+    Dielectric {
+        /// Index of refraction of the inside relative to the outside.
+        ior: f32,
+        /// Width of the GGX distribution.
+        roughness: ScalarInput,
+        /// Multiplies what goes through, at each border. White for clear glass.
+        tint: ColorInput,
+    },
+    /// glTF 2.0's metallic-roughness model.
+    MetallicRoughness {
+        /// Albedo of the dielectric, reflectance of the metal.
+        base_color: ColorInput,
+        /// 0 dielectric, 1 metal.
+        metallic: ScalarInput,
+        /// Width of the GGX distribution.
+        roughness: ScalarInput,
+        /// The part of the diffuse light that goes straight through instead (a thin wall, tinted by the base
+        /// colour): glTF's `KHR_materials_transmission` without its blur.
+        transmission: ScalarInput,
+        /// Index of refraction of the dielectric, 1.5 by default.
+        ior: f32,
+    },
+    /// A table in the layout of the MERL database.
+    Measured(Arc<MeasuredBrdf>),
+}
+
+/// What a flat piece of metal reflects.
+#[derive(Clone, Debug)]
+pub enum ConductorColor {
+    /// The exact Fresnel reflectance of a complex index of refraction η + ik, each at red, green and blue.
+    Complex {
+        /// Real part.
+        eta: Vec3,
+        /// Imaginary part: the extinction.
+        k: Vec3,
+    },
+    /// Schlick's approximation from the colour at normal incidence; white is an ideal mirror.
+    Normal(ColorInput),
+}
+
+impl Material {
+    /// A two-sided material that does not shine.
+    pub fn new(name: impl Into<String>, kind: MaterialKind) -> Self {
+        Self { name: name.into(), kind, emission: None, two_sided: true, normal_map: None }
+    }
+
+    /// Lambert's surface of one colour.
+    pub fn diffuse(albedo: Vec3) -> Self {
+        Self::new("diffuse", MaterialKind::Diffuse { albedo: albedo.into() })
+    }
+
+    /// A surface that only shines, with one radiance in every direction.
+    pub fn emissive(radiance: Vec3) -> Self {
+        Self { emission: Some(radiance.into()), ..Self::new("emissive", MaterialKind::Black) }
+    }
+
+    /// An ideal mirror.
+    pub fn mirror() -> Self {
+        let color = ConductorColor::Normal(Vec3::ONE.into());
+        Self::new("mirror", MaterialKind::Conductor { color, roughness: 0.0.into(), anisotropy: 0.0 })
+    }
+
+    /// Clear, smooth glass of that index of refraction.
+    pub fn glass(ior: f32) -> Self {
+        Self::new("glass", MaterialKind::Dielectric { ior, roughness: 0.0.into(), tint: Vec3::ONE.into() })
+    }
+
+    /// How the surface scatters at one place.
+    pub fn bsdf(&self, input: &SurfaceInput) -> Bsdf<'_> {
+        let color = |source: &ColorInput| (source.at(input.uv) * input.color).clamp(Vec3::ZERO, Vec3::ONE);
+        match &self.kind {
+            MaterialKind::Black => Bsdf::black(),
+            MaterialKind::Diffuse { albedo } => {
+                Bsdf::diffuse(Diffuse { albedo: color(albedo) }, self.two_sided)
+            }
+            MaterialKind::Phong { diffuse, .. } => {
+                Bsdf::diffuse(Diffuse { albedo: color(diffuse) }, self.two_sided)
+            }
+            MaterialKind::Conductor { .. } => {
+                Bsdf::diffuse(Diffuse { albedo: Vec3::ONE * 0.8 }, self.two_sided)
+            }
+            MaterialKind::Dielectric { tint, .. } => {
+                Bsdf::diffuse(Diffuse { albedo: color(tint) }, self.two_sided)
+            }
+            MaterialKind::MetallicRoughness { base_color, .. } => {
+                Bsdf::diffuse(Diffuse { albedo: color(base_color) }, self.two_sided)
+            }
+            MaterialKind::Measured(brdf) => Bsdf::diffuse(Diffuse { albedo: brdf.albedo }, self.two_sided),
+        }
+    }
+
+    /// The radiance emitted at one place, in every direction of the side that shines; zero if none.
+    pub fn emitted(&self, input: &SurfaceInput) -> Vec3 {
+        self.emission.as_ref().map_or(Vec3::ZERO, |emission| emission.at(input.uv))
+    }
+
+    /// Whether the surface shines at all.
+    pub fn is_emissive(&self) -> bool {
+        match &self.emission {
+            None => false,
+            Some(ColorInput::Constant(radiance)) => radiance.max_element() > 0.0,
+            Some(ColorInput::Textured { factor, .. }) => factor.max_element() > 0.0,
+        }
+    }
+
+    /// The mean emitted radiance over the texture. Walks the whole picture: for preparation, not for shading.
+    pub fn mean_emission(&self) -> Vec3 {
+        self.emission.as_ref().map_or(Vec3::ZERO, ColorInput::mean)
+    }
+
+    /// The unit normal that the normal map gives in the tangent frame, if there is a map.
+    pub fn shading_normal_local(&self, uv: Vec2) -> Option<Vec3> {
+        self.normal_map.as_ref().map(|map| map.at(uv))
+    }
+}
