@@ -1,1 +1,15 @@
-//! x
+//! Film, samplers, and the techniques that turn a frame into a picture.
+//!
+//! A [`Technique`] is handed a [`halflight_scene::Frame`] and a [`Film`]; it knows nothing of files, commands or windows.
+
+pub mod camera_sample;
+pub mod checkpoint;
+pub mod features;
+pub mod film;
+pub mod sampler;
+pub mod technique;
+pub mod techniques;
+pub mod vertex;
+
+pub use film::Film;
+pub use technique::{Budget, Progress, Quiet, RenderReport, Technique, TechniqueError};

@@ -1,0 +1,251 @@
+//! The film: sums of samples per pixel, in tiles that threads own one at a time, and named layers.
+//!
+//! Samples are added in the order of their index, in f64, so a film holds the same bits however the work was cut.
+//! A sample with a NaN or an infinity is counted and kept out.
+
+use std::collections::BTreeMap;
+
+use glam::Vec3;
+use halflight_image::{Picture, RgbImage};
+use halflight_scene::lights::luminance;
+use rayon::prelude::*;
+
+/// Columns and rows of a tile: a multiple of the packets that coherent rays travel in.
+pub const TILE_SIZE: usize = 16;
+
+/// The sums of one pixel.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Pixel {
+    /// Sum of the radiance of the samples.
+    pub sum: [f64; 3],
+    /// Sum of the squared luminance of the samples.
+    pub sum_squares: f64,
+    /// How many samples were added.
+    pub samples: u32,
+}
+
+impl Pixel {
+    /// Adds a sample; returns whether it was finite. One that is not counts as black, so that the mean stays
+    /// a mean over all samples.
+    #[inline]
+    pub fn add(&mut self, radiance: Vec3) -> bool {
+        self.samples += 1;
+        if !radiance.is_finite() {
+            return false;
+        }
+        for (sum, value) in self.sum.iter_mut().zip(radiance.to_array()) {
+            *sum += f64::from(value);
+        }
+        let luminance = f64::from(luminance(radiance));
+        self.sum_squares += luminance * luminance;
+        true
+    }
+
+    /// Mean radiance; black without samples.
+    pub fn mean(&self) -> [f64; 3] {
+        self.sum.map(|s| s / f64::from(self.samples.max(1)))
+    }
+
+    /// Variance of the mean luminance, estimated as if the samples were independent: with the stratified ones it
+    /// is an upper bound. `None` with fewer than two samples.
+    pub fn variance_of_mean(&self) -> Option<f64> {
+        if self.samples < 2 {
+            return None;
+        }
+        let n = f64::from(self.samples);
+        let mean = self.luminance();
+        Some(((self.sum_squares / n - mean * mean).max(0.0)) / (n - 1.0))
+    }
+
+    fn luminance(&self) -> f64 {
+        let [r, g, b] = self.mean();
+        f64::from(luminance(Vec3::new(r as f32, g as f32, b as f32)))
+    }
+}
+
+/// A square of the film; at the right and lower border it may be smaller.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tile {
+    /// Leftmost column.
+    pub x: usize,
+    /// Topmost row.
+    pub y: usize,
+    /// Columns.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// The pixels, rows from the top.
+    pub pixels: Vec<Pixel>,
+    /// Samples that were not finite.
+    pub non_finite: u64,
+}
+
+/// What a technique fills: radiance, and layers of one value a pixel with the names they have in an OpenEXR file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Film {
+    width: usize,
+    height: usize,
+    tiles: Vec<Tile>,
+    /// Layers by full channel name (`depth.Z`), rows from the top.
+    pub layers: BTreeMap<String, Vec<f32>>,
+}
+
+impl Film {
+    /// A film without samples.
+    ///
+    /// # Panics
+    /// If a side is zero.
+    pub fn new(width: usize, height: usize) -> Self {
+        assert!(width > 0 && height > 0, "a film has pixels");
+        let columns = width.div_ceil(TILE_SIZE);
+        let tile = |index: usize| {
+            let (x, y) = (index % columns * TILE_SIZE, index / columns * TILE_SIZE);
+            let (width, height) = (TILE_SIZE.min(width - x), TILE_SIZE.min(height - y));
+            Tile { x, y, width, height, pixels: vec![Pixel::default(); width * height], non_finite: 0 }
+        };
+        let tiles = (0..columns * height.div_ceil(TILE_SIZE)).map(tile).collect();
+        Self { width, height, tiles, layers: BTreeMap::new() }
+    }
+
+    /// Columns.
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Rows.
+    pub fn height(&self) -> usize {
+        self.height
+    }
+
+    /// The tiles, for threads to fill.
+    pub fn tiles_mut(&mut self) -> &mut [Tile] {
+        &mut self.tiles
+    }
+
+    /// The tiles, row by row.
+    pub fn tiles(&self) -> &[Tile] {
+        &self.tiles
+    }
+
+    /// One number per pixel, rows from the top.
+    pub fn map<T: Clone + Default>(&self, mut f: impl FnMut(&Pixel) -> T) -> Vec<T> {
+        let mut result = vec![T::default(); self.width * self.height];
+        for tile in &self.tiles {
+            for (row, pixels) in tile.pixels.chunks(tile.width).enumerate() {
+                let start = (tile.y + row) * self.width + tile.x;
+                for (out, pixel) in result[start..].iter_mut().zip(pixels) {
+                    *out = f(pixel);
+                }
+            }
+        }
+        result
+    }
+
+    /// Fewest samples of any pixel.
+    pub fn min_samples(&self) -> u32 {
+        self.pixels().map(|p| p.samples).min().unwrap_or(0)
+    }
+
+    /// Samples a pixel, on the average.
+    pub fn mean_samples(&self) -> f64 {
+        self.pixels().map(|p| f64::from(p.samples)).sum::<f64>() / (self.width * self.height) as f64
+    }
+
+    /// Samples that were not finite.
+    pub fn non_finite(&self) -> u64 {
+        self.tiles.iter().map(|t| t.non_finite).sum()
+    }
+
+    /// The mean over pixels of standard error / mean luminance, with the mean floored at a hundredth of the picture's,
+    /// so that black pixels do not count for ever. `None` while a pixel has fewer than two samples.
+    pub fn relative_error(&self) -> Option<f64> {
+        let count = (self.width * self.height) as f64;
+        let floor = self.pixels().map(Pixel::luminance).sum::<f64>() / count * 0.01;
+        if floor <= 0.0 {
+            return (self.min_samples() >= 2).then_some(0.0);
+        }
+        // Summed tile by tile, so that the order does not depend on threads.
+        let sums: Option<Vec<f64>> = self
+            .tiles
+            .par_iter()
+            .map(|tile| {
+                let error = |p: &Pixel| Some(p.variance_of_mean()?.sqrt() / p.luminance().max(floor));
+                tile.pixels.iter().map(error).sum::<Option<f64>>()
+            })
+            .collect();
+        Some(sums?.iter().sum::<f64>() / count)
+    }
+
+    /// Mean radiance per pixel.
+    pub fn image(&self) -> RgbImage {
+        let pixels = self.map(|p| p.mean().map(|c| c as f32));
+        RgbImage { width: self.width, height: self.height, pixels }
+    }
+
+    /// Radiance, alpha and all layers, without metadata.
+    pub fn picture(&self) -> Picture {
+        let mut picture = Picture::new(self.width, self.height);
+        for (channel, name) in ["R", "G", "B"].into_iter().enumerate() {
+            picture.push(name, self.map(|p| p.mean()[channel] as f32));
+        }
+        for (name, values) in &self.layers {
+            picture.push(name.clone(), values.clone());
+        }
+        picture
+    }
+
+    fn pixels(&self) -> impl Iterator<Item = &Pixel> {
+        self.tiles.iter().flat_map(|t| &t.pixels)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tiles_cover_every_pixel_once() {
+        for (width, height) in [(1, 1), (16, 16), (17, 33), (100, 7)] {
+            let mut film = Film::new(width, height);
+            for tile in film.tiles_mut() {
+                let (x, y, columns) = (tile.x, tile.y, tile.width);
+                for (i, pixel) in tile.pixels.iter_mut().enumerate() {
+                    pixel.add(Vec3::new((x + i % columns) as f32, (y + i / columns) as f32, 0.0));
+                }
+            }
+            let image = film.image();
+            for (i, pixel) in image.pixels.iter().enumerate() {
+                assert_eq!(*pixel, [(i % width) as f32, (i / width) as f32, 0.0]);
+            }
+            assert_eq!(film.min_samples(), 1);
+        }
+    }
+
+    #[test]
+    fn a_sample_that_is_not_finite_is_kept_out() {
+        let mut pixel = Pixel::default();
+        assert!(pixel.add(Vec3::ONE));
+        assert!(!pixel.add(Vec3::new(f32::NAN, 0.0, 0.0)));
+        assert!(!pixel.add(Vec3::splat(f32::INFINITY)));
+        assert_eq!((pixel.samples, pixel.sum), (3, [1.0; 3]));
+    }
+
+    #[test]
+    fn the_relative_error_falls_with_the_root_of_the_samples() {
+        let error = |n: u32| {
+            let mut film = Film::new(20, 20);
+            for (t, tile) in film.tiles_mut().iter_mut().enumerate() {
+                for (i, pixel) in tile.pixels.iter_mut().enumerate() {
+                    for s in 0..n {
+                        let noise = ((s as usize * 7919 + i * 31 + t) as f32 * 0.618_034).fract();
+                        pixel.add(Vec3::splat(noise));
+                    }
+                }
+            }
+            film.relative_error().unwrap()
+        };
+        let ratio = error(64) / error(1024);
+        assert!((ratio - 4.0).abs() < 0.3, "{ratio}");
+        assert!(Film::new(4, 4).relative_error().is_none() || Film::new(4, 4).min_samples() == 0);
+    }
+}

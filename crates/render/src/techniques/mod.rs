@@ -1,0 +1,3 @@
+//! The techniques, one folder each.
+
+pub mod path;

@@ -1,0 +1,110 @@
+//! A point where light scatters: the surface that a ray found, its material there, and the frame between the two.
+
+use glam::{Vec2, Vec3};
+use halflight_material::{Bsdf, Material, SurfaceInput};
+use halflight_scene::Frame;
+use halflight_trace::{Hit, Ray, Surface};
+
+/// A surface point that is ready to shade.
+#[derive(Clone, Copy, Debug)]
+pub struct Vertex<'a> {
+    /// The geometry.
+    pub surface: Surface,
+    /// The material, for its emission and its index.
+    pub material: &'a Material,
+    /// How it scatters, in the local frame.
+    pub bsdf: Bsdf<'a>,
+    /// Axes of the local frame in world space: along the tangent, across it, and the shading normal.
+    axes: [Vec3; 3],
+    /// Unit direction back along the ray, in world space.
+    pub towards_eye: Vec3,
+    /// The same in the local frame.
+    pub wo: Vec3,
+}
+
+impl<'a> Vertex<'a> {
+    /// What `ray` finds at `hit`.
+    #[inline]
+    pub fn new(frame: &'a Frame, ray: &Ray, hit: &Hit) -> Self {
+        let surface = frame.world.surface(ray, hit);
+        let material = frame.material(surface.instance, surface.material_slot);
+        let input = SurfaceInput { uv: surface.uv, color: surface.color };
+        let towards_eye = -ray.direction;
+        let mut normal = surface.shading_normal;
+        let mut tangent = surface.tangent;
+        if let Some(bump) = material.shading_normal_local(surface.uv) {
+            let bitangent = surface.handedness * normal.cross(tangent);
+            normal = (bump.x * tangent + bump.y * bitangent + bump.z * normal).normalize_or(normal);
+        }
+        normal = facing_like(normal, surface.geometric_normal, towards_eye);
+        tangent = (tangent - normal * normal.dot(tangent)).normalize_or_zero();
+        if tangent == Vec3::ZERO {
+            tangent = normal.any_orthonormal_vector();
+        }
+        let axes = [tangent, normal.cross(tangent), normal];
+        let wo = to_local(&axes, towards_eye);
+        Self { surface, material, bsdf: material.bsdf(&input), axes, towards_eye, wo }
+    }
+
+    /// From world space to the local frame.
+    #[inline]
+    pub fn to_local(&self, direction: Vec3) -> Vec3 {
+        to_local(&self.axes, direction)
+    }
+
+    /// From the local frame to world space.
+    #[inline]
+    pub fn to_world(&self, local: Vec3) -> Vec3 {
+        local.x * self.axes[0] + local.y * self.axes[1] + local.z * self.axes[2]
+    }
+
+    /// The shading normal, normal map included, in world space.
+    pub fn shading_normal(&self) -> Vec3 {
+        self.axes[2]
+    }
+
+    /// Whether geometry and shading agree on which side `direction` leaves by. Where they do not, light would leak
+    /// through the surface: it scatters nothing there.
+    #[inline]
+    pub fn same_side(&self, direction: Vec3, local: Vec3) -> bool {
+        let geometric = self.surface.geometric_normal.dot(direction);
+        geometric * local.z > 0.0
+    }
+
+    /// Radiance that the surface itself sends towards the eye.
+    #[inline]
+    pub fn emitted(&self) -> Vec3 {
+        if !self.material.is_emissive() {
+            return Vec3::ZERO;
+        }
+        let front = self.surface.geometric_normal.dot(self.towards_eye) > 0.0;
+        if !front && !self.material.two_sided {
+            return Vec3::ZERO;
+        }
+        self.material.emitted(&SurfaceInput { uv: self.surface.uv, color: Vec3::ONE })
+    }
+
+    /// The texture coordinates.
+    pub fn uv(&self) -> Vec2 {
+        self.surface.uv
+    }
+}
+
+#[inline]
+fn to_local(axes: &[Vec3; 3], direction: Vec3) -> Vec3 {
+    Vec3::new(axes[0].dot(direction), axes[1].dot(direction), axes[2].dot(direction))
+}
+
+/// The shading normal, bent just far enough that the eye sees the same side of it as of the geometry: interpolated
+/// and mapped normals turn away at silhouettes, which would be black.
+#[inline]
+fn facing_like(normal: Vec3, geometric: Vec3, towards_eye: Vec3) -> Vec3 {
+    /// Least cosine to the eye after bending, about 0.6 degrees above the horizon.
+    const MIN_COSINE: f32 = 0.01;
+    let side = if geometric.dot(towards_eye) < 0.0 { -1.0 } else { 1.0 };
+    let cosine = side * normal.dot(towards_eye);
+    if cosine >= MIN_COSINE || normal == geometric {
+        return normal;
+    }
+    (normal + side * (MIN_COSINE - cosine) * towards_eye).normalize_or(geometric)
+}
