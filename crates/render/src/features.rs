@@ -81,7 +81,8 @@ fn pixel(frame: &Frame, camera: &CameraSampler, x: usize, y: usize) -> Features 
         }
         hits += 1.0;
         sum.depth += camera.view().depth(vertex.surface.position, ray.time);
-        sum.normal += vertex.shading_normal() * vertex.surface.geometric_normal.dot(vertex.towards_eye).signum();
+        sum.normal +=
+            vertex.shading_normal() * vertex.surface.geometric_normal.dot(vertex.towards_eye).signum();
         sum.position += vertex.surface.position;
         sum.albedo += vertex.bsdf.albedo();
     }

@@ -4,8 +4,6 @@
 //! crate `sobol_burley`); sets and pixels are decorrelated by their seeds ("padding"). Within a set the pairs (0, 1)
 //! and (2, 3) are stratified best, so a two-dimensional choice takes one of them.
 
-
-
 /// The crate's sequences end here; longer ones go on with another seed.
 const SEQUENCE_LENGTH: u32 = 1 << 16;
 
@@ -34,7 +32,6 @@ impl Sampler {
         sobol_burley::sample_4d(self.index, 0, hash(seed))
     }
 }
-
 
 /// A permutation of the 32-bit numbers without visible structure (Wellons' `lowbias32`).
 #[inline]

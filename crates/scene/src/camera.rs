@@ -155,7 +155,8 @@ mod tests {
         let pixel = Vec2::new(100.0, 50.0);
         let meeting = |lens: Vec2| {
             let ray = view.ray(pixel, lens, 0.0);
-            let to_plane = (2.5 - view.depth(ray.origin, 0.0)) / (view.depth(ray.origin + ray.direction, 0.0));
+            let to_plane =
+                (2.5 - view.depth(ray.origin, 0.0)) / (view.depth(ray.origin + ray.direction, 0.0));
             ray.origin + ray.direction * to_plane
         };
         let first = meeting(Vec2::new(0.1, 0.2));

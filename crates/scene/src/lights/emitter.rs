@@ -78,7 +78,11 @@ impl Emitter {
 
     /// Luminance times area when the shutter opens, in W/sr without the unit's constant: how strong it is among others.
     pub fn strength(&self) -> f32 {
-        let sides = if self.material.two_sided && !matches!(self.shape, EmitterShape::Sphere { .. }) { 2.0 } else { 1.0 };
+        let sides = if self.material.two_sided && !matches!(self.shape, EmitterShape::Sphere { .. }) {
+            2.0
+        } else {
+            1.0
+        };
         sides * luminance(self.material.mean_emission()) * self.area()
     }
 
@@ -103,7 +107,9 @@ impl Emitter {
             EmitterShape::Rectangle => 4.0 * area_scale(&pose, Vec3::Z).length(),
             EmitterShape::Disk => std::f32::consts::PI * area_scale(&pose, Vec3::Z).length(),
             EmitterShape::Sphere { radius, .. } => {
-                let mean = [Vec3::X, Vec3::Y, Vec3::Z].map(|n| area_scale(&pose, n).length()).iter().sum::<f32>() / 3.0;
+                let mean =
+                    [Vec3::X, Vec3::Y, Vec3::Z].map(|n| area_scale(&pose, n).length()).iter().sum::<f32>()
+                        / 3.0;
                 4.0 * std::f32::consts::PI * radius * radius * mean
             }
         }
@@ -117,7 +123,9 @@ impl Emitter {
                 let [a, b, c] = self.world_corners(&pose, time);
                 // Fold the square onto the triangle.
                 let (v, w) = if u.x + u.y > 1.0 { (1.0 - u.x, 1.0 - u.y) } else { (u.x, u.y) };
-                let cross = (b - a).cross(c - a);
+                // A mirroring transform turns the winding, but not the front (as glTF has it).
+                let sign = if pose.matrix3.determinant() < 0.0 { -1.0 } else { 1.0 };
+                let cross = sign * (b - a).cross(c - a);
                 let double_area = cross.length();
                 let uv = uvs[0] * (1.0 - v - w) + uvs[1] * v + uvs[2] * w;
                 by_area(from, a + v * (b - a) + w * (c - a), cross / double_area, uv, 2.0 / double_area)

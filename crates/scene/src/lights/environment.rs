@@ -90,7 +90,8 @@ impl EnvironmentMap {
 
     /// Density over solid angle of the cell (column, row) of the table.
     fn cell_density(&self, row_probability: f32, cell_probability: f32, row: usize) -> f32 {
-        let solid_angle = (self.row_cosines[row] - self.row_cosines[row + 1]) * TAU / self.cells[row].len() as f32;
+        let solid_angle =
+            (self.row_cosines[row] - self.row_cosines[row + 1]) * TAU / self.cells[row].len() as f32;
         row_probability * cell_probability / solid_angle
     }
 }
@@ -179,8 +180,11 @@ fn fast_atan2(y: f32, x: f32) -> f32 {
     let a = low / high;
     let s = a * a;
     // Coefficients: Abramowitz and Stegun 4.4.49 (error 2e-8).
-    let p = s * (0.199_935_51 + s * (-0.142_089_0 + s * (0.106_562_64 + s * (-0.075_289_6 + s * (0.042_909_61
-        + s * (-0.016_165_737 + s * 0.002_866_226))))));
+    let p = s
+        * (0.199_935_51
+            + s * (-0.142_089_0
+                + s * (0.106_562_64
+                    + s * (-0.075_289_6 + s * (0.042_909_61 + s * (-0.016_165_737 + s * 0.002_866_226))))));
     let mut angle = a + a * s * (-0.333_331_45 + p);
     if ay > ax {
         angle = std::f32::consts::FRAC_PI_2 - angle;
@@ -206,7 +210,13 @@ fn mean_of_interpolation(values: &[f32], width: usize, height: usize) -> Vec<f32
 }
 
 /// Means of `from_width` × `from_height` values over the cells of a coarser grid, by overlap of area.
-fn block_means(values: &[f32], from_width: usize, from_height: usize, width: usize, height: usize) -> Vec<f32> {
+fn block_means(
+    values: &[f32],
+    from_width: usize,
+    from_height: usize,
+    width: usize,
+    height: usize,
+) -> Vec<f32> {
     if (from_width, from_height) == (width, height) {
         return values.to_vec();
     }
@@ -266,7 +276,10 @@ mod tests {
             let (sin, cos) = angle.sin_cos();
             let difference = (fast_atan2(sin, cos) - sin.atan2(cos)).abs();
             assert!(difference < 2e-6 || (difference - TAU).abs() < 2e-6, "{angle}");
-            assert!((fast_acos(cos) - cos.acos()).abs() < 5e-4 * (1.0 - cos.abs()).sqrt().max(1e-2), "{angle}");
+            assert!(
+                (fast_acos(cos) - cos.acos()).abs() < 5e-4 * (1.0 - cos.abs()).sqrt().max(1e-2),
+                "{angle}"
+            );
         }
     }
 
@@ -294,7 +307,8 @@ mod tests {
             for i in 0..n_u {
                 let cos_theta = 1.0 - 2.0 * (j as f32 + 0.5) / n_v as f32;
                 let direction = environment.direction((i as f32 + 0.5) / n_u as f32, cos_theta);
-                integral += f64::from(environment.pdf(direction)) * 4.0 * std::f64::consts::PI / (n_v * n_u) as f64;
+                integral +=
+                    f64::from(environment.pdf(direction)) * 4.0 * std::f64::consts::PI / (n_v * n_u) as f64;
             }
         }
         assert!((integral - 1.0).abs() < 2e-3, "{integral}");

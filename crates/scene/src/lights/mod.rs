@@ -89,8 +89,9 @@ impl Lights {
         let environment_strength =
             environment.as_ref().map_or(0.0, |e| std::f32::consts::PI * luminance(e.mean_radiance()));
         let environment_probability = match (environment.is_some(), strengths.is_empty()) {
-            (true, false) => (environment_strength / (environment_strength + local_sum).max(f32::MIN_POSITIVE))
-                .clamp(0.25, 0.75),
+            (true, false) => (environment_strength
+                / (environment_strength + local_sum).max(f32::MIN_POSITIVE))
+            .clamp(0.25, 0.75),
             (present, _) => f32::from(u8::from(present)),
         };
         let mut lookup: Vec<Vec<(u32, u32)>> = Vec::new();
@@ -102,7 +103,9 @@ impl Lights {
             lookup[instance].push((emitter.primitive, index as u32));
         }
         lookup.iter_mut().for_each(|entries| entries.sort_unstable());
-        let nearby = if strengths.len() <= NEARBY_LIMIT && deltas.iter().all(|d| matches!(d, DeltaLight::Point { .. })) {
+        let nearby = if strengths.len() <= NEARBY_LIMIT
+            && deltas.iter().all(|d| matches!(d, DeltaLight::Point { .. }))
+        {
             let points = deltas.iter().map(|d| match d {
                 DeltaLight::Point { position, .. } => position[0],
                 DeltaLight::Directional { .. } => Vec3::ZERO,
@@ -164,7 +167,13 @@ impl Lights {
         if u_choice < self.environment_probability {
             let (direction, radiance, pdf) = self.environment.as_ref()?.sample(u);
             let pdf = pdf * self.environment_probability;
-            return (pdf > 0.0).then_some(LightSample { direction, point: None, radiance, pdf, delta: false });
+            return (pdf > 0.0).then_some(LightSample {
+                direction,
+                point: None,
+                radiance,
+                pdf,
+                delta: false,
+            });
         }
         let rest = (u_choice - self.environment_probability) / (1.0 - self.environment_probability);
         let (index, chosen) = self.choose_local(rest, from)?;

@@ -225,7 +225,10 @@ mod tests {
         for elevation in [-0.2, 0.0, 0.1, 0.8, 1.57] {
             for turbidity in [1.0, 2.0, 4.0, 12.0] {
                 let map = Sky { sun_elevation: elevation, turbidity, ..Sky::default() }.bake();
-                assert!(map.pixels.iter().flatten().all(|c| c.is_finite() && *c >= 0.0), "{elevation} {turbidity}");
+                assert!(
+                    map.pixels.iter().flatten().all(|c| c.is_finite() && *c >= 0.0),
+                    "{elevation} {turbidity}"
+                );
             }
         }
         assert!(studio().pixels.iter().flatten().all(|c| c.is_finite() && *c > 0.0));

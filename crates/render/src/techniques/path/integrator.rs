@@ -39,8 +39,7 @@ impl Integrator<'_> {
         let mut departure: Option<Departure> = None;
         for depth in 0.. {
             let Some(found) = hit else {
-                let weight = departure
-                    .map_or(1.0, |d| balance(d.pdf, lights.escaped_pdf(ray.direction)));
+                let weight = departure.map_or(1.0, |d| balance(d.pdf, lights.escaped_pdf(ray.direction)));
                 radiance += self.bounded(throughput * lights.escaped(ray.direction) * weight, depth);
                 break;
             };
@@ -97,7 +96,9 @@ impl Integrator<'_> {
     #[inline]
     fn direct(&self, vertex: &Vertex, u: [f32; 3], time: f32, rays: &mut u64) -> Vec3 {
         let (position, lights) = (vertex.surface.position, &self.frame.lights);
-        let Some(light) = lights.sample(position, u[2], Vec2::new(u[0], u[1]), time) else { return Vec3::ZERO };
+        let Some(light) = lights.sample(position, u[2], Vec2::new(u[0], u[1]), time) else {
+            return Vec3::ZERO;
+        };
         let wi = vertex.to_local(light.direction);
         if light.radiance == Vec3::ZERO || !vertex.same_side(light.direction, wi) {
             return Vec3::ZERO;

@@ -64,11 +64,14 @@ impl Technique for Path {
             if done >= target || (done > 0 && deadline.passed()) || interrupted.load(Ordering::Relaxed) {
                 break;
             }
-            if done.is_multiple_of(PASS_SAMPLES) && budget.error.is_some_and(|limit| film.relative_error().is_some_and(|e| e <= limit)) {
+            if done.is_multiple_of(PASS_SAMPLES)
+                && budget.error.is_some_and(|limit| film.relative_error().is_some_and(|e| e <= limit))
+            {
                 break;
             }
             // Whole powers of two first, so that a picture is there early and the sequence is cut where it is best.
-            let pass_end = if done < PASS_SAMPLES { (2 * done).max(1) } else { done + PASS_SAMPLES }.min(target);
+            let pass_end =
+                if done < PASS_SAMPLES { (2 * done).max(1) } else { done + PASS_SAMPLES }.min(target);
             let tiles_done = AtomicU64::new(0);
             let tile_count = film.tiles().len() as u64;
             film.tiles_mut().par_iter_mut().for_each(|tile| {
