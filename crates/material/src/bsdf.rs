@@ -2,7 +2,12 @@
 
 use glam::{Vec2, Vec3};
 
+use crate::conductor::{Conductor, Reflectance, sample_mirror};
+use crate::dielectric::Dielectric;
 use crate::diffuse::Diffuse;
+use crate::merl::MeasuredBrdf;
+use crate::metallic_roughness::MetallicRoughness;
+use crate::phong::Phong;
 
 /// A direction chosen by [`Bsdf::sample`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,30 +25,51 @@ pub struct BsdfSample {
     pub transmitted: bool,
 }
 
+impl BsdfSample {
+    /// A sample of lobes that are not delta functions, from their value and density; `None` where the density
+    /// is zero.
+    #[inline]
+    pub(crate) fn scattered(wi: Vec3, (value, pdf): (Vec3, f32)) -> Option<Self> {
+        (pdf > 0.0).then(|| Self { wi, weight: value / pdf, pdf, delta: false, transmitted: false })
+    }
+}
+
 /// How one place of a surface scatters: small, copied freely, with the textures looked up.
+///
+/// Every answer is finite for any two unit vectors, also for those that lie in the surface.
 #[derive(Clone, Copy, Debug)]
 pub struct Bsdf<'a> {
-    lobe: Lobe,
+    lobe: Lobe<'a>,
     two_sided: bool,
-    material: std::marker::PhantomData<&'a ()>,
 }
 
+/// The ways to scatter, with directions turned so that `wo` is in front.
 #[derive(Clone, Copy, Debug)]
-enum Lobe {
+pub(crate) enum Lobe<'a> {
     Black,
     Diffuse(Diffuse),
+    Phong(Phong),
+    Mirror(Reflectance),
+    Conductor(Conductor),
+    Dielectric(Dielectric),
+    MetallicRoughness(MetallicRoughness),
+    Measured(&'a MeasuredBrdf),
 }
 
-impl Bsdf<'_> {
-    pub(crate) fn black() -> Self {
-        Self { lobe: Lobe::Black, two_sided: true, material: std::marker::PhantomData }
+impl<'a> Bsdf<'a> {
+    pub(crate) fn new(lobe: Lobe<'a>, two_sided: bool) -> Self {
+        // A border has two sides by its nature.
+        let two_sided = two_sided || matches!(lobe, Lobe::Dielectric(_));
+        Self { lobe, two_sided }
     }
 
-    pub(crate) fn diffuse(diffuse: Diffuse, two_sided: bool) -> Self {
-        Self { lobe: Lobe::Diffuse(diffuse), two_sided, material: std::marker::PhantomData }
+    /// Lambert's surface, two-sided.
+    pub fn diffuse(albedo: Vec3) -> Bsdf<'static> {
+        Bsdf::new(Lobe::Diffuse(Diffuse { albedo }), true)
     }
 
     /// The sign that turns `wo` to the front; `None` where nothing scatters.
+    #[inline]
     fn side(&self, wo: Vec3) -> Option<f32> {
         if wo.z > 0.0 {
             Some(1.0)
@@ -55,53 +81,93 @@ impl Bsdf<'_> {
     }
 
     /// The scattering function times |cos θ| of `wi`; zero for delta lobes.
+    #[inline]
     pub fn eval(&self, wo: Vec3, wi: Vec3) -> Vec3 {
         self.eval_pdf(wo, wi).0
     }
 
     /// The density with which [`sample`](Self::sample) chooses `wi`, per solid angle; delta lobes left out.
+    #[inline]
     pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
         self.eval_pdf(wo, wi).1
     }
 
     /// [`eval`](Self::eval) and [`pdf`](Self::pdf) together, for little more than one of them.
+    #[inline]
     pub fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Vec3, f32) {
-        let Some(side) = self.side(wo) else { return (Vec3::ZERO, 0.0) };
-        let wi = Vec3::new(wi.x, wi.y, wi.z * side);
+        const NOTHING: (Vec3, f32) = (Vec3::ZERO, 0.0);
+        let Some(side) = self.side(wo) else { return NOTHING };
+        let (wo, wi) = (turned(wo, side), turned(wi, side));
+        if let Lobe::Dielectric(dielectric) = &self.lobe {
+            return dielectric.eval_pdf(wo, wi, side > 0.0);
+        }
+        if wi.z <= 0.0 || wi.z.is_nan() {
+            return NOTHING;
+        }
         match &self.lobe {
-            Lobe::Diffuse(diffuse) if wi.z > 0.0 => diffuse.eval_pdf(wi),
-            _ => (Vec3::ZERO, 0.0),
+            Lobe::Diffuse(diffuse) => diffuse.eval_pdf(wi),
+            Lobe::Phong(phong) => phong.eval_pdf(wo, wi),
+            Lobe::Conductor(conductor) => conductor.eval_pdf(wo, wi),
+            Lobe::MetallicRoughness(model) => model.eval_pdf(wo, wi),
+            Lobe::Measured(brdf) => brdf.eval_pdf(wo, wi),
+            Lobe::Black | Lobe::Mirror(_) | Lobe::Dielectric(_) => NOTHING,
         }
     }
 
     /// Chooses a direction to look for light in. `u_lobe` chooses among lobes, `u` within; all in [0, 1).
     /// `None` where nothing is scattered.
+    #[inline]
     pub fn sample(&self, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
-        let _ = u_lobe;
         let side = self.side(wo)?;
+        let wo = turned(wo, side);
         let mut sample = match &self.lobe {
             Lobe::Black => None,
             Lobe::Diffuse(diffuse) => diffuse.sample(u),
+            Lobe::Phong(phong) => phong.sample(wo, u_lobe, u),
+            Lobe::Mirror(reflectance) => sample_mirror(reflectance, wo),
+            Lobe::Conductor(conductor) => conductor.sample(wo, u),
+            Lobe::Dielectric(dielectric) => dielectric.sample(wo, u_lobe, u, side > 0.0),
+            Lobe::MetallicRoughness(model) => model.sample(wo, u_lobe, u),
+            Lobe::Measured(brdf) => brdf.sample(wo, u_lobe, u),
         }?;
         sample.wi.z *= side;
         Some(sample)
     }
 
-    /// Whether all of it are delta functions: sampling lights is then of no use.
+    /// Whether nothing scatters but delta functions: sampling lights is then of no use.
     pub fn is_delta_only(&self) -> bool {
-        matches!(self.lobe, Lobe::Black)
+        match &self.lobe {
+            Lobe::Black | Lobe::Mirror(_) => true,
+            Lobe::Dielectric(dielectric) => dielectric.facets.is_none(),
+            _ => false,
+        }
     }
 
-    /// A colour that stands for the surface in the `albedo` layer of a picture.
+    /// A colour that stands for the surface in the `albedo` layer of a picture: what it returns straight on.
     pub fn albedo(&self) -> Vec3 {
         match &self.lobe {
             Lobe::Black => Vec3::ZERO,
             Lobe::Diffuse(diffuse) => diffuse.albedo,
+            Lobe::Phong(phong) => phong.diffuse + phong.specular,
+            Lobe::Mirror(reflectance) => reflectance.at(1.0),
+            Lobe::Conductor(conductor) => conductor.reflectance.at(1.0),
+            Lobe::Dielectric(dielectric) => dielectric.tint,
+            Lobe::MetallicRoughness(model) => model.albedo(),
+            Lobe::Measured(brdf) => brdf.albedo_straight_on(),
         }
     }
 
     /// Whether light can go through.
     pub fn transmits(&self) -> bool {
-        false
+        match &self.lobe {
+            Lobe::Dielectric(_) => true,
+            Lobe::MetallicRoughness(model) => model.transmits(),
+            _ => false,
+        }
     }
+}
+
+#[inline]
+fn turned(v: Vec3, side: f32) -> Vec3 {
+    Vec3::new(v.x, v.y, v.z * side)
 }

@@ -25,10 +25,17 @@
 //! ```
 
 mod bsdf;
+mod conductor;
+mod dielectric;
 mod diffuse;
+mod fresnel;
 mod input;
 mod material;
 mod merl;
+mod metallic_roughness;
+mod metals;
+mod microfacet;
+mod phong;
 mod sampling;
 mod texture;
 
@@ -36,4 +43,5 @@ pub use bsdf::{Bsdf, BsdfSample};
 pub use input::{ColorInput, NormalMap, ScalarInput, SurfaceInput};
 pub use material::{ConductorColor, Material, MaterialKind};
 pub use merl::MeasuredBrdf;
+pub use metals::{metal, metal_names};
 pub use texture::{Texture, UvTransform, Wrap};

@@ -4,10 +4,15 @@ use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
 
-use crate::bsdf::Bsdf;
+use crate::bsdf::{Bsdf, Lobe};
+use crate::conductor::{Conductor, Reflectance};
+use crate::dielectric::Dielectric;
 use crate::diffuse::Diffuse;
 use crate::input::{ColorInput, NormalMap, ScalarInput, SurfaceInput};
 use crate::merl::MeasuredBrdf;
+use crate::metallic_roughness::MetallicRoughness;
+use crate::microfacet::{self, Ggx};
+use crate::phong::Phong;
 
 /// What a surface is made of.
 #[derive(Clone, Debug)]
@@ -125,25 +130,41 @@ impl Material {
     /// How the surface scatters at one place.
     pub fn bsdf(&self, input: &SurfaceInput) -> Bsdf<'_> {
         let color = |source: &ColorInput| (source.at(input.uv) * input.color).clamp(Vec3::ZERO, Vec3::ONE);
-        match &self.kind {
-            MaterialKind::Black => Bsdf::black(),
-            MaterialKind::Diffuse { albedo } => {
-                Bsdf::diffuse(Diffuse { albedo: color(albedo) }, self.two_sided)
+        let lobe = match &self.kind {
+            MaterialKind::Black => Lobe::Black,
+            MaterialKind::Diffuse { albedo } => Lobe::Diffuse(Diffuse { albedo: color(albedo) }),
+            MaterialKind::Phong { diffuse, specular, exponent } => {
+                Lobe::Phong(Phong::new(color(diffuse), color(specular), exponent.at(input.uv)))
             }
-            MaterialKind::Phong { diffuse, .. } => {
-                Bsdf::diffuse(Diffuse { albedo: color(diffuse) }, self.two_sided)
+            MaterialKind::Conductor { color: metal, roughness, anisotropy } => {
+                let reflectance = match metal {
+                    ConductorColor::Complex { eta, k } => Reflectance::Complex { eta: *eta, k: *k },
+                    ConductorColor::Normal(normal) => Reflectance::Normal(color(normal)),
+                };
+                let alpha = microfacet::alpha(roughness.at(input.uv));
+                if alpha < microfacet::SMOOTH_ALPHA {
+                    Lobe::Mirror(reflectance)
+                } else {
+                    Lobe::Conductor(Conductor { reflectance, facets: Ggx::anisotropic(alpha, *anisotropy) })
+                }
             }
-            MaterialKind::Conductor { .. } => {
-                Bsdf::diffuse(Diffuse { albedo: Vec3::ONE * 0.8 }, self.two_sided)
+            MaterialKind::Dielectric { ior, roughness, tint } => Lobe::Dielectric(Dielectric::new(
+                *ior,
+                color(tint),
+                microfacet::alpha(roughness.at(input.uv)),
+            )),
+            MaterialKind::MetallicRoughness { base_color, metallic, roughness, transmission, ior } => {
+                Lobe::MetallicRoughness(MetallicRoughness::new(
+                    color(base_color),
+                    metallic.at(input.uv),
+                    microfacet::alpha(roughness.at(input.uv)),
+                    transmission.at(input.uv),
+                    *ior,
+                ))
             }
-            MaterialKind::Dielectric { tint, .. } => {
-                Bsdf::diffuse(Diffuse { albedo: color(tint) }, self.two_sided)
-            }
-            MaterialKind::MetallicRoughness { base_color, .. } => {
-                Bsdf::diffuse(Diffuse { albedo: color(base_color) }, self.two_sided)
-            }
-            MaterialKind::Measured(brdf) => Bsdf::diffuse(Diffuse { albedo: brdf.albedo }, self.two_sided),
-        }
+            MaterialKind::Measured(brdf) => Lobe::Measured(brdf),
+        };
+        Bsdf::new(lobe, self.two_sided)
     }
 
     /// The radiance emitted at one place, in every direction of the side that shines; zero if none.

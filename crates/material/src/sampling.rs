@@ -46,9 +46,13 @@ pub(crate) fn spherical(z: f32, phi: f32) -> Vec3 {
     Vec3::new(r * cos, r * sin, z)
 }
 
-/// A direction with density ∝ cosⁿ about +z; the density is `(n + 1)/2π · cosⁿ`.
+/// A direction with density ∝ cosⁿ about +z; the density is `(n + 1)/2π · cosⁿ`. Exact for large n, where the sine
+/// taken from the cosine would not be.
 pub(crate) fn power_cosine(exponent: f32, u: Vec2) -> Vec3 {
-    spherical((1.0 - u.x).powf(1.0 / (exponent + 1.0)), TAU * u.y)
+    let log_cos = (-u.x).ln_1p() / (exponent + 1.0);
+    let r = (-(2.0 * log_cos).exp_m1()).max(0.0).sqrt();
+    let (sin, cos) = (TAU * u.y).sin_cos();
+    Vec3::new(r * cos, r * sin, log_cos.exp())
 }
 
 /// `wo` mirrored in the half vector `h`.
