@@ -1,0 +1,210 @@
+use std::collections::{BTreeMap, HashSet};
+use std::io::Cursor;
+
+use exr::block::UncompressedBlock;
+use exr::block::chunk::{Chunk, CompressedBlock};
+use exr::meta::MetaData;
+use exr::meta::attribute::{AttributeValue, Text};
+use exr::meta::header::Header;
+use halflight_file::LoadError;
+use rayon::prelude::*;
+
+use super::samples::Planes;
+use super::write::PREFIX;
+use crate::source::{DEFLATE_RATIO, Source, quietly};
+use crate::{Channel, Picture};
+
+/// Blocks decompressed at a time: enough to keep every core busy, few enough to keep memory low.
+const BATCH: usize = 64;
+
+/// A display window of so many bytes is taken as it is, however little of it there is data for: 4K in four floats.
+const MODEST_DISPLAY_BYTES: u64 = 128 << 20;
+
+pub(super) fn decode(source: &Source) -> Result<Picture, LoadError> {
+    let damaged = |e: exr::error::Error| source.error(e.to_string());
+    let reader = exr::block::read(Cursor::new(source.bytes), false).map_err(damaged)?;
+    let meta = reader.meta_data().clone();
+    let parts = choose_parts(&meta.headers);
+    check(source, &meta.headers, &parts)?;
+
+    let mut planes: BTreeMap<usize, Planes> =
+        parts.iter().map(|&part| (part, new_planes(&meta.headers[part]))).collect();
+    // Offset tables are as long as the header says, or reading them fails: what follows is bounded by the file.
+    let mut chunks = reader
+        .filter_chunks(false, |_, tile, block| {
+            parts.contains(&block.layer) && tile.is_largest_resolution_level()
+        })
+        .map_err(damaged)?;
+    let mut seen = HashSet::new();
+    let mut packed_bytes = 0;
+    loop {
+        let batch: Vec<Chunk> = chunks.by_ref().take(BATCH).collect::<Result<_, _>>().map_err(damaged)?;
+        if batch.is_empty() {
+            break;
+        }
+        // A table that points at one chunk again and again would make a small file endless.
+        packed_bytes += batch.iter().map(packed_len).sum::<usize>();
+        if packed_bytes > source.bytes.len() {
+            return Err(source.error("blocks of pixels overlap in the file"));
+        }
+        for block in decompress(batch, &meta) {
+            let block = block
+                .unwrap_or_else(|message| Err(source.panicked(&message).found))
+                .map_err(|e| source.error(e))?;
+            let index = block.index;
+            let fresh = seen.insert((index.layer, index.pixel_position.0, index.pixel_position.1));
+            let part =
+                planes.get_mut(&index.layer).filter(|_| fresh && (index.level.0, index.level.1) == (0, 0));
+            let Some(part) = part else {
+                return Err(source.error("a block of pixels stands where another one belongs"));
+            };
+            part.insert(&block).map_err(|e| source.error(e))?;
+        }
+    }
+    assemble(source, &meta.headers, &parts, planes)
+}
+
+fn new_planes(header: &Header) -> Planes {
+    Planes::new(header.layer_size.0, header.layer_size.1, &header.channels)
+}
+
+fn packed_len(chunk: &Chunk) -> usize {
+    match &chunk.compressed_block {
+        CompressedBlock::Tile(tile) => tile.compressed_pixels_le.len(),
+        CompressedBlock::ScanLine(lines) => lines.compressed_pixels_le.len(),
+        // Deep data was refused with the header.
+        CompressedBlock::DeepScanLine(_) | CompressedBlock::DeepTile(_) => 0,
+    }
+}
+
+/// The outer result is a panic's message, the inner one the decoder's.
+type Decompressed = Result<Result<UncompressedBlock, String>, String>;
+
+fn decompress(batch: Vec<Chunk>, meta: &MetaData) -> Vec<Decompressed> {
+    let one = |chunk| {
+        // Here, and not only around the whole: these are other threads, and their panics would be printed.
+        quietly(|| UncompressedBlock::decompress_chunk(chunk, meta, false).map_err(|e| e.to_string()))
+    };
+    batch.into_par_iter().map(one).collect()
+}
+
+/// The parts to read: the first with colour (or else the first), then those of the same window without subsampling.
+fn choose_parts(headers: &[Header]) -> Vec<usize> {
+    let main = headers.iter().position(has_color).unwrap_or(0);
+    let fits = |header: &Header| {
+        header.layer_size == headers[main].layer_size
+            && header.own_attributes.layer_position == headers[main].own_attributes.layer_position
+            && !is_subsampled(header)
+    };
+    let others = (0..headers.len()).filter(|&i| i != main && fits(&headers[i]));
+    std::iter::once(main).chain(others).collect()
+}
+
+fn has_color(header: &Header) -> bool {
+    header.channels.list.iter().any(|c| {
+        let name = utf8(&c.name);
+        matches!(name.rsplit('.').next().unwrap_or_default().to_ascii_uppercase().as_str(), "R" | "Y")
+    })
+}
+
+fn is_subsampled(header: &Header) -> bool {
+    header.channels.list.iter().any(|c| (c.sampling.0, c.sampling.1) != (1, 1))
+}
+
+/// Everything that can be refused by the header alone.
+fn check(source: &Source, headers: &[Header], parts: &[usize]) -> Result<(), LoadError> {
+    let main = &headers[parts[0]];
+    if is_subsampled(main) {
+        let error = source.error("its chroma channels are subsampled, which is not supported");
+        return Err(error.hint("save it with full RGB channels"));
+    }
+    let data = [main.layer_size.0 as u64, main.layer_size.1 as u64];
+    let display = main.shared_attributes.display_window.size;
+    let bytes: u64 = parts.iter().map(|&part| headers[part].channels.bytes_per_pixel as u64).sum();
+    source.check_size(data, bytes, DEFLATE_RATIO)?;
+    // A render of a small crop has a large display window and little data.
+    let display_bytes = (display.0 as u64).saturating_mul(display.1 as u64).saturating_mul(bytes);
+    if display_bytes > MODEST_DISPLAY_BYTES {
+        source.check_size([display.0 as u64, display.1 as u64], bytes, DEFLATE_RATIO)?;
+    }
+    // A tile is decompressed whole, even where it hangs over the edge of the picture.
+    for &part in parts {
+        let block = headers[part].max_block_pixel_size();
+        let bytes = headers[part].channels.bytes_per_pixel as u64;
+        if headers[part].blocks.has_tiles() {
+            source.check_size([block.0 as u64, block.1 as u64], bytes, DEFLATE_RATIO)?;
+        }
+    }
+    Ok(())
+}
+
+fn assemble(
+    source: &Source,
+    headers: &[Header],
+    parts: &[usize],
+    mut planes: BTreeMap<usize, Planes>,
+) -> Result<Picture, LoadError> {
+    let main = &headers[parts[0]];
+    let display = main.shared_attributes.display_window;
+    let data = main.own_attributes.layer_position;
+    let offset = [
+        i64::from(display.position.0) - i64::from(data.0),
+        i64::from(display.position.1) - i64::from(data.1),
+    ];
+    let (width, height) = (display.size.0, display.size.1);
+    let visible = |axis: usize, window: usize, size: usize| {
+        offset[axis] < size as i64 && offset[axis] + window as i64 > 0
+    };
+    if !visible(0, width, main.layer_size.0) || !visible(1, height, main.layer_size.1) {
+        return Err(source.error("the data window lies outside the display window: there is nothing to see"));
+    }
+
+    let mut picture = Picture::new(width, height);
+    for &part in parts {
+        let header = &headers[part];
+        let Some(part_planes) = planes.remove(&part) else { continue };
+        let names: Vec<String> = header.channels.list.iter().map(|c| utf8(&c.name)).collect();
+        let layer = header.own_attributes.layer_name.as_ref().map(utf8).unwrap_or_default();
+        for (name, values) in names.into_iter().zip(part_planes.into_window(offset, width, height)) {
+            let prefixed = part != parts[0] && !layer.is_empty() && !name.starts_with(&format!("{layer}."));
+            let name = if prefixed { format!("{layer}.{name}") } else { name };
+            if picture.channel(&name).is_none() {
+                picture.channels.push(Channel { name, values });
+            }
+        }
+    }
+    picture.metadata = metadata(main);
+    Ok(picture)
+}
+
+/// Text and number attributes, those of ours under their own keys.
+fn metadata(header: &Header) -> BTreeMap<String, String> {
+    let own = &header.own_attributes;
+    let known = [
+        ("owner", &own.owner),
+        ("comments", &own.comments),
+        ("software", &own.software_name),
+        ("capDate", &own.capture_date),
+    ];
+    let known = known.into_iter().filter_map(|(key, value)| Some((key.to_owned(), utf8(value.as_ref()?))));
+    let others = own.other.iter().chain(&header.shared_attributes.other).filter_map(|(key, value)| {
+        let value = match value {
+            AttributeValue::Text(text) => utf8(text),
+            AttributeValue::F32(number) => number.to_string(),
+            AttributeValue::F64(number) => number.to_string(),
+            AttributeValue::I32(number) => number.to_string(),
+            _ => return None,
+        };
+        let key = utf8(key);
+        Some((key.strip_prefix(PREFIX).map(str::to_owned).unwrap_or(key), value))
+    });
+    known.chain(others).collect()
+}
+
+/// The format says nothing of encodings: UTF-8 where that is possible, else Latin-1.
+fn utf8(text: &Text) -> String {
+    match std::str::from_utf8(text.as_slice()) {
+        Ok(text) => text.to_owned(),
+        Err(_) => text.to_string(),
+    }
+}

@@ -1,0 +1,105 @@
+//! The leash on foreign decoders: no allocation by a header's claim, no panic let through.
+
+use std::cell::Cell;
+use std::panic::{self, AssertUnwindSafe};
+use std::path::Path;
+use std::sync::Once;
+
+use halflight_file::LoadError;
+
+/// The most pixels a picture may have: a gigapixel, 16 GiB of floats, is past what halflight is meant for.
+const MAX_PIXELS: u128 = 1 << 30;
+
+/// Claims below this are never doubted: a small picture may be mostly header.
+const SMALL_BYTES: u128 = 1 << 20;
+
+/// The best that deflate can do: 258 bytes for two bits. JPEG's end-of-band runs and the run lengths inside
+/// PIZ's Huffman codes stay below it.
+pub(crate) const DEFLATE_RATIO: u64 = 1032;
+
+/// Encoded bytes, and what to call them when something is wrong.
+#[derive(Clone, Copy)]
+pub(crate) struct Source<'a> {
+    pub(crate) bytes: &'a [u8],
+    pub(crate) name: &'a Path,
+    pub(crate) asked: &'static str,
+}
+
+impl Source<'_> {
+    pub(crate) fn error(&self, found: impl Into<String>) -> LoadError {
+        LoadError::new(self.asked, self.name, found)
+    }
+
+    /// Refuses a picture that the bytes at hand cannot hold, before anything is allocated for it: `width × height`
+    /// pixels of `bytes_per_pixel`, packed at most `ratio` times smaller than they are.
+    pub(crate) fn check_size(
+        &self,
+        size: [u64; 2],
+        bytes_per_pixel: u64,
+        ratio: u64,
+    ) -> Result<(), LoadError> {
+        let [width, height] = size;
+        if width == 0 || height == 0 {
+            return Err(self.error(format!("the picture has no pixels: {width} × {height}")));
+        }
+        let pixels = u128::from(width) * u128::from(height);
+        let room = self.bytes.len() as u128 * u128::from(ratio);
+        if pixels > MAX_PIXELS {
+            return Err(
+                self.error(format!("the header claims {width} × {height} pixels; the limit is 2^30 of them"))
+            );
+        }
+        if pixels * u128::from(bytes_per_pixel) > room.max(SMALL_BYTES) {
+            let found = format!(
+                "the header claims {width} × {height} pixels, more than {} bytes can hold",
+                self.bytes.len()
+            );
+            return Err(self.error(found).hint("the file is damaged or cut short"));
+        }
+        Ok(())
+    }
+
+    /// Runs a foreign decoder; should it panic, the file was damaged in a way that its authors did not foresee.
+    pub(crate) fn guarded<T>(&self, decode: impl FnOnce() -> Result<T, LoadError>) -> Result<T, LoadError> {
+        quietly(decode).unwrap_or_else(|message| Err(self.panicked(&message)))
+    }
+
+    pub(crate) fn panicked(&self, message: &str) -> LoadError {
+        self.error(format!("the decoder gave up: {message}")).hint("the file is damaged")
+    }
+}
+
+thread_local! {
+    static QUIET: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Runs `work` and turns a panic into its message, without a word on stderr.
+///
+/// The decoders of the `exr`, `image` and `tiff` crates check most of what they read, but arithmetic on sizes
+/// from a damaged header still overflows here and there (fuzzing finds such places in each of them), and a
+/// renderer must not end because of a picture. They hold no state that outlives a call, so unwinding out of
+/// them leaves nothing half done.
+pub(crate) fn quietly<T>(work: impl FnOnce() -> T) -> Result<T, String> {
+    // The message is printed by a hook that belongs to the whole process. Ours stands before whatever was
+    // there, and passes on every panic but those of this function, on this thread.
+    static HOOK: Once = Once::new();
+    HOOK.call_once(|| {
+        if std::thread::panicking() {
+            return;
+        }
+        let previous = panic::take_hook();
+        panic::set_hook(Box::new(move |info| {
+            if !QUIET.get() {
+                previous(info);
+            }
+        }));
+    });
+    let before = QUIET.replace(true);
+    let result = panic::catch_unwind(AssertUnwindSafe(work));
+    QUIET.set(before);
+    result.map_err(|payload| {
+        let text = payload.downcast_ref::<&str>().map(|s| (*s).to_owned());
+        text.or_else(|| payload.downcast_ref::<String>().cloned())
+            .unwrap_or_else(|| "a broken invariant".into())
+    })
+}
