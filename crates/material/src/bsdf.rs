@@ -83,7 +83,13 @@ impl<'a> Bsdf<'a> {
     /// The scattering function times |cos θ| of `wi`; zero for delta lobes.
     #[inline]
     pub fn eval(&self, wo: Vec3, wi: Vec3) -> Vec3 {
-        self.eval_pdf(wo, wi).0
+        match (&self.lobe, self.side(wo)) {
+            // The density of a measured lobe costs as much as its value.
+            (Lobe::Measured(brdf), Some(side)) if wi.z * side > 0.0 => {
+                brdf.eval(turned(wo, side), turned(wi, side))
+            }
+            _ => self.eval_pdf(wo, wi).0,
+        }
     }
 
     /// The density with which [`sample`](Self::sample) chooses `wi`, per solid angle; delta lobes left out.

@@ -42,6 +42,6 @@ mod texture;
 pub use bsdf::{Bsdf, BsdfSample};
 pub use input::{ColorInput, NormalMap, ScalarInput, SurfaceInput};
 pub use material::{ConductorColor, Material, MaterialKind};
-pub use merl::MeasuredBrdf;
+pub use merl::{AlbedoAt, Lookup, MeasuredBrdf, MeasuredInfo, merl_bytes, write_merl};
 pub use metals::{metal, metal_names};
 pub use texture::{Texture, UvTransform, Wrap};
