@@ -1,3 +1,5 @@
+//! Rays, what they hit, and rays that leave from there.
+
 use glam::{Vec2, Vec3};
 
 /// A ray, from its origin to `t_max`.
@@ -11,6 +13,30 @@ pub struct Ray {
     pub t_max: f32,
     /// When within the frame's shutter interval, 0 at its opening and 1 at its closing.
     pub time: f32,
+}
+
+impl Ray {
+    /// A ray without end, as the shutter opens.
+    #[inline]
+    #[must_use]
+    pub fn new(origin: Vec3, direction: Vec3) -> Ray {
+        Ray { origin, direction, t_max: f32::INFINITY, time: 0.0 }
+    }
+
+    /// The point at distance `t`.
+    #[inline]
+    #[must_use]
+    pub fn at(&self, t: f32) -> Vec3 {
+        self.origin + self.direction * t
+    }
+
+    /// Whether the ray can hit anything at all: finite, of some length, and with an end that is not behind it.
+    #[inline]
+    pub(crate) fn is_usable(&self) -> bool {
+        let length = self.direction.abs().max_element();
+        // One comparison for each finds NaN too: it is less than nothing.
+        length > 0.0 && length < f32::INFINITY && self.origin.is_finite() && self.t_max > 0.0 && self.direction.is_finite()
+    }
 }
 
 /// The nearest intersection of a ray, as much of it as traversal knows.
@@ -33,7 +59,8 @@ pub struct Hit {
 pub struct Surface {
     /// The point, recomputed on the primitive so that its error is small and known.
     pub position: Vec3,
-    /// Bound of the error of `position`, in metres along any axis.
+    /// Bound of the error of `position`, in metres along any axis. It includes what a ray that starts there loses
+    /// on its way into the space of the geometry.
     pub position_error: f32,
     /// Unit normal of the geometry, on the side that the winding calls front.
     pub geometric_normal: Vec3,
@@ -53,4 +80,73 @@ pub struct Surface {
     pub primitive: u32,
     /// Material slot of the primitive.
     pub material_slot: u32,
+}
+
+/// The part of a shadow ray that is left out at its far end, relative to its length. It is the wall between a light
+/// found by sampling and the light's own surface; pbrt's `ShadowEpsilon` is the same.
+const SHADOW_MARGIN: f32 = 1e-4;
+
+impl Surface {
+    /// The surface's point, moved off the surface to the side that `direction` points to, by just more than the
+    /// point's error.
+    ///
+    /// The error is a box of half-width `position_error`; its extent along the normal n is the error times
+    /// |n.x| + |n.y| + |n.z|. After the move each coordinate is rounded away from the surface.
+    /// Source: Pharr, Jakob, Humphreys, Physically Based Rendering, 4th edition, §6.8.6.
+    #[inline]
+    #[must_use]
+    pub fn offset_point(&self, direction: Vec3) -> Vec3 {
+        let normal = self.geometric_normal;
+        let side = if direction.dot(normal) < 0.0 { -normal } else { normal };
+        let offset = side * (self.position_error * side.abs().element_sum());
+        let point = self.position + offset;
+        let away = |coordinate: f32, step: f32| {
+            if step > 0.0 {
+                coordinate.next_up()
+            } else if step < 0.0 {
+                coordinate.next_down()
+            } else {
+                coordinate
+            }
+        };
+        Vec3::new(away(point.x, offset.x), away(point.y, offset.y), away(point.z, offset.z))
+    }
+
+    /// A ray without end that leaves the surface in a direction and does not meet it again where it left.
+    #[inline]
+    #[must_use]
+    pub fn spawn(&self, direction: Vec3, time: f32) -> Ray {
+        Ray { origin: self.offset_point(direction), direction, t_max: f32::INFINITY, time }
+    }
+
+    /// A ray from the surface towards a point, ending just short of it: by 1/10,000 of the way, or by what the
+    /// point's coordinates cannot resolve if that is more.
+    #[inline]
+    #[must_use]
+    pub fn spawn_to(&self, point: Vec3, time: f32) -> Ray {
+        let origin = self.offset_point(point - self.position);
+        // 16 roundings of the largest coordinate: the point's own error and the ray's on its way there.
+        let unresolved = 16.0 * crate::simd::ROUNDOFF * point.abs().max_element();
+        ray_between(origin, point, unresolved, time)
+    }
+
+    /// A ray from this surface to another one, leaving out the errors of both ends.
+    #[inline]
+    #[must_use]
+    pub fn spawn_to_surface(&self, other: &Surface, time: f32) -> Ray {
+        let origin = self.offset_point(other.position - self.position);
+        let end = other.offset_point(self.position - other.position);
+        ray_between(origin, end, 0.0, time)
+    }
+}
+
+/// The ray from `origin` to `end`, shortened by the shadow margin and by at least `unresolved`.
+#[inline]
+fn ray_between(origin: Vec3, end: Vec3, unresolved: f32, time: f32) -> Ray {
+    let way = end - origin;
+    let distance = way.length();
+    let t_max = (distance - (distance * SHADOW_MARGIN).max(unresolved)).max(0.0);
+    // Two points at one place: a ray of no length, which meets nothing.
+    let direction = if distance > 0.0 { way / distance } else { Vec3::Y };
+    Ray { origin, direction, t_max, time }
 }

@@ -1,0 +1,84 @@
+//! What every form of geometry answers, in its own space.
+
+use std::sync::Arc;
+
+use glam::{Vec2, Vec3};
+
+use crate::Ray;
+use crate::mesh::MeshTracer;
+
+/// A form of geometry that answers rays in its own space.
+///
+/// Directions are of any length; t counts in that length. A learned or custom form implements this and joins a world
+/// as [`Geometry::Custom`].
+pub trait RayGeometry: Send + Sync + std::fmt::Debug {
+    /// Lower and upper corner, over the whole shutter interval.
+    fn bounds(&self) -> (Vec3, Vec3);
+    /// The nearest intersection with 0 < t ≤ `ray.t_max`.
+    fn closest(&self, ray: &Ray) -> Option<LocalHit>;
+    /// Whether there is any intersection with 0 < t ≤ `ray.t_max`.
+    fn occluded(&self, ray: &Ray) -> bool;
+    /// What shading needs to know of a hit that `closest` gave for this ray.
+    fn surface(&self, ray: &Ray, hit: &LocalHit) -> LocalSurface;
+    /// How many primitives it holds.
+    fn primitives(&self) -> usize;
+    /// Bytes held, without what is shared with others.
+    fn memory_bytes(&self) -> usize;
+}
+
+/// An intersection in the space of the geometry.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LocalHit {
+    /// Distance in lengths of the ray's direction.
+    pub t: f32,
+    /// Index of the primitive.
+    pub primitive: u32,
+    /// First parameter on the primitive: for a triangle the barycentric weight of its second vertex.
+    pub u: f32,
+    /// Second parameter on the primitive: for a triangle the barycentric weight of its third vertex.
+    pub v: f32,
+}
+
+/// What shading needs to know of a hit, in the space of the geometry.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LocalSurface {
+    /// The point, recomputed on the primitive.
+    pub position: Vec3,
+    /// Bound of the error of `position` along any axis.
+    pub position_error: f32,
+    /// Unit normal of the geometry, on the side that the winding calls front.
+    pub geometric_normal: Vec3,
+    /// Unit interpolated normal, in the hemisphere of `geometric_normal`.
+    pub shading_normal: Vec3,
+    /// Texture coordinates.
+    pub uv: Vec2,
+    /// Direction of growing u, of any length; zero where there is none.
+    pub tangent: Vec3,
+    /// +1 or −1: the bitangent is `handedness · shading_normal × tangent`.
+    pub handedness: f32,
+    /// Linear vertex colour, white where there is none.
+    pub color: Vec3,
+    /// Material slot of the primitive.
+    pub material_slot: u32,
+}
+
+/// The forms of geometry.
+#[derive(Clone, Debug)]
+pub enum Geometry {
+    /// Triangles, still or moving.
+    Mesh(MeshTracer),
+    /// Anything else that answers rays.
+    Custom(Arc<dyn RayGeometry>),
+}
+
+impl Geometry {
+    /// The geometry behind its common interface.
+    #[inline]
+    #[must_use]
+    pub fn as_rays(&self) -> &dyn RayGeometry {
+        match self {
+            Geometry::Mesh(mesh) => mesh,
+            Geometry::Custom(custom) => custom.as_ref(),
+        }
+    }
+}

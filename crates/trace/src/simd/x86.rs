@@ -1,0 +1,182 @@
+//! Lanes as AVX2 and AVX-512 have them.
+//!
+//! This module needs `unsafe` because the intrinsics are only sound on processors that have the instructions. The
+//! types are private to the crate and are named only by bodies that run inside `#[target_feature]` functions, which
+//! in turn are called only after [`super::Simd::detect`] found the features.
+#![allow(unsafe_code)]
+
+use std::arch::x86_64::*;
+
+use super::Lanes;
+
+/// Eight lanes of AVX2 with fused multiply-add.
+#[derive(Clone, Copy)]
+pub(crate) struct Wide8(__m256);
+
+/// Sixteen lanes of AVX-512.
+#[derive(Clone, Copy)]
+pub(crate) struct Wide16(__m512);
+
+impl Lanes for Wide8 {
+    const N: usize = 8;
+
+    #[inline(always)]
+    fn load(from: &[f32]) -> Self {
+        assert!(from.len() >= 8);
+        // SAFETY: the slice holds 8 floats, and the load asks for no alignment.
+        unsafe { Wide8(_mm256_loadu_ps(from.as_ptr())) }
+    }
+    #[inline(always)]
+    fn store(self, to: &mut [f32]) {
+        assert!(to.len() >= 8);
+        // SAFETY: the slice has room for 8 floats, and the store asks for no alignment.
+        unsafe { _mm256_storeu_ps(to.as_mut_ptr(), self.0) }
+    }
+    #[inline(always)]
+    fn splat(value: f32) -> Self {
+        // SAFETY: as the module says.
+        unsafe { Wide8(_mm256_set1_ps(value)) }
+    }
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        // SAFETY: as the module says.
+        unsafe { Wide8(_mm256_add_ps(self.0, other.0)) }
+    }
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        // SAFETY: as the module says.
+        unsafe { Wide8(_mm256_sub_ps(self.0, other.0)) }
+    }
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        // SAFETY: as the module says.
+        unsafe { Wide8(_mm256_mul_ps(self.0, other.0)) }
+    }
+    #[inline(always)]
+    fn div(self, other: Self) -> Self {
+        // SAFETY: as the module says.
+        unsafe { Wide8(_mm256_div_ps(self.0, other.0)) }
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        // SAFETY: as the module says.
+        unsafe { Wide8(_mm256_min_ps(self.0, other.0)) }
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        // SAFETY: as the module says.
+        unsafe { Wide8(_mm256_max_ps(self.0, other.0)) }
+    }
+    #[inline(always)]
+    fn mul_add(self, b: Self, c: Self) -> Self {
+        // SAFETY: as the module says.
+        unsafe { Wide8(_mm256_fmadd_ps(self.0, b.0, c.0)) }
+    }
+    #[inline(always)]
+    fn mul_sub(self, b: Self, c: Self) -> Self {
+        // SAFETY: as the module says.
+        unsafe { Wide8(_mm256_fmsub_ps(self.0, b.0, c.0)) }
+    }
+    #[inline(always)]
+    fn neg_mul_add(self, b: Self, c: Self) -> Self {
+        // SAFETY: as the module says.
+        unsafe { Wide8(_mm256_fnmadd_ps(self.0, b.0, c.0)) }
+    }
+    #[inline(always)]
+    fn le(self, other: Self) -> u32 {
+        // SAFETY: as the module says.
+        unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(self.0, other.0)) as u32 }
+    }
+    #[inline(always)]
+    fn lt(self, other: Self) -> u32 {
+        // SAFETY: as the module says.
+        unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LT_OQ>(self.0, other.0)) as u32 }
+    }
+    #[inline(always)]
+    fn eq(self, other: Self) -> u32 {
+        // SAFETY: as the module says.
+        unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_EQ_OQ>(self.0, other.0)) as u32 }
+    }
+}
+
+impl Lanes for Wide16 {
+    const N: usize = 16;
+
+    #[inline(always)]
+    fn load(from: &[f32]) -> Self {
+        assert!(from.len() >= 16);
+        // SAFETY: the slice holds 16 floats, and the load asks for no alignment.
+        unsafe { Wide16(_mm512_loadu_ps(from.as_ptr())) }
+    }
+    #[inline(always)]
+    fn store(self, to: &mut [f32]) {
+        assert!(to.len() >= 16);
+        // SAFETY: the slice has room for 16 floats, and the store asks for no alignment.
+        unsafe { _mm512_storeu_ps(to.as_mut_ptr(), self.0) }
+    }
+    #[inline(always)]
+    fn splat(value: f32) -> Self {
+        // SAFETY: as the module says.
+        unsafe { Wide16(_mm512_set1_ps(value)) }
+    }
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        // SAFETY: as the module says.
+        unsafe { Wide16(_mm512_add_ps(self.0, other.0)) }
+    }
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        // SAFETY: as the module says.
+        unsafe { Wide16(_mm512_sub_ps(self.0, other.0)) }
+    }
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        // SAFETY: as the module says.
+        unsafe { Wide16(_mm512_mul_ps(self.0, other.0)) }
+    }
+    #[inline(always)]
+    fn div(self, other: Self) -> Self {
+        // SAFETY: as the module says.
+        unsafe { Wide16(_mm512_div_ps(self.0, other.0)) }
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        // SAFETY: as the module says.
+        unsafe { Wide16(_mm512_min_ps(self.0, other.0)) }
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        // SAFETY: as the module says.
+        unsafe { Wide16(_mm512_max_ps(self.0, other.0)) }
+    }
+    #[inline(always)]
+    fn mul_add(self, b: Self, c: Self) -> Self {
+        // SAFETY: as the module says.
+        unsafe { Wide16(_mm512_fmadd_ps(self.0, b.0, c.0)) }
+    }
+    #[inline(always)]
+    fn mul_sub(self, b: Self, c: Self) -> Self {
+        // SAFETY: as the module says.
+        unsafe { Wide16(_mm512_fmsub_ps(self.0, b.0, c.0)) }
+    }
+    #[inline(always)]
+    fn neg_mul_add(self, b: Self, c: Self) -> Self {
+        // SAFETY: as the module says.
+        unsafe { Wide16(_mm512_fnmadd_ps(self.0, b.0, c.0)) }
+    }
+    #[inline(always)]
+    fn le(self, other: Self) -> u32 {
+        // SAFETY: as the module says.
+        unsafe { u32::from(_mm512_cmp_ps_mask::<_CMP_LE_OQ>(self.0, other.0)) }
+    }
+    #[inline(always)]
+    fn lt(self, other: Self) -> u32 {
+        // SAFETY: as the module says.
+        unsafe { u32::from(_mm512_cmp_ps_mask::<_CMP_LT_OQ>(self.0, other.0)) }
+    }
+    #[inline(always)]
+    fn eq(self, other: Self) -> u32 {
+        // SAFETY: as the module says.
+        unsafe { u32::from(_mm512_cmp_ps_mask::<_CMP_EQ_OQ>(self.0, other.0)) }
+    }
+}
