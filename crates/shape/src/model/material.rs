@@ -34,7 +34,7 @@ pub struct ModelMaterial {
     pub emissive_texture: Option<ModelTexture>,
     /// The share of light that enters a dielectric instead of being scattered at its surface.
     pub transmission: f32,
-    /// Index of refraction.
+    /// Index of refraction; 1 for a surface without highlight.
     pub ior: f32,
     /// Seen from behind too.
     pub double_sided: bool,
