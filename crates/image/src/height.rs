@@ -111,7 +111,7 @@ fn height_channel<'a>(picture: &'a Picture, source: &Source) -> Result<&'a [f32]
 
 fn single(raster: &Raster, source: &Source) -> Result<Vec<f64>, LoadError> {
     // Alpha is none of the heights' business.
-    let colors = if raster.channels % 2 == 0 { raster.channels - 1 } else { raster.channels };
+    let colors = if raster.channels.is_multiple_of(2) { raster.channels - 1 } else { raster.channels };
     let raw = raster.raw();
     if raster.channels == colors {
         return first_channel(raw, colors, source);

@@ -2,6 +2,17 @@
 
 use crate::{ColorSpace, RgbImage, Texels, TextureImage, srgb_decode_byte};
 
+/// The linear values of four bytes; alpha is linear in any case.
+#[inline]
+pub(crate) fn decode_texel(texel: [u8; 4], space: ColorSpace) -> [f32; 4] {
+    let share = |byte: u8| f32::from(byte) * (1.0 / 255.0);
+    let [r, g, b, a] = texel;
+    match space {
+        ColorSpace::Srgb => [srgb_decode_byte(r), srgb_decode_byte(g), srgb_decode_byte(b), share(a)],
+        ColorSpace::Linear => texel.map(share),
+    }
+}
+
 impl TextureImage {
     /// Linear red, green, blue, alpha of one texel. Bytes go through a table; nothing is allocated.
     ///
@@ -11,13 +22,7 @@ impl TextureImage {
     pub fn texel(&self, x: usize, y: usize) -> [f32; 4] {
         let index = y * self.width + x;
         match &self.texels {
-            Texels::Bytes(texels, ColorSpace::Srgb) => {
-                let [r, g, b, a] = texels[index];
-                [srgb_decode_byte(r), srgb_decode_byte(g), srgb_decode_byte(b), f32::from(a) * (1.0 / 255.0)]
-            }
-            Texels::Bytes(texels, ColorSpace::Linear) => {
-                texels[index].map(|byte| f32::from(byte) * (1.0 / 255.0))
-            }
+            Texels::Bytes(texels, space) => decode_texel(texels[index], *space),
             Texels::Floats(texels) => texels[index],
         }
     }

@@ -17,8 +17,11 @@ use crate::{Channel, Picture};
 /// Blocks decompressed at a time: enough to keep every core busy, few enough to keep memory low.
 const BATCH: usize = 64;
 
-/// A display window of so many bytes is taken as it is, however little of it there is data for: 4K in four floats.
-const MODEST_DISPLAY_BYTES: u64 = 128 << 20;
+/// A display window of so many times the data's pixels is taken as it is: a crop of a quarter each way.
+const DISPLAY_PER_DATA: u128 = 16;
+
+/// A display window that takes so little memory is taken as it is, however little data there is for it.
+const MODEST_DISPLAY_BYTES: u128 = 64 << 20;
 
 pub(super) fn decode(source: &Source) -> Result<Picture, LoadError> {
     let damaged = |e: exr::error::Error| source.error(e.to_string());
@@ -123,9 +126,12 @@ fn check(source: &Source, headers: &[Header], parts: &[usize]) -> Result<(), Loa
     let bytes: u64 = parts.iter().map(|&part| headers[part].channels.bytes_per_pixel as u64).sum();
     source.check_size(data, bytes, DEFLATE_RATIO)?;
     // A render of a small crop has a large display window and little data.
-    let display_bytes = (display.0 as u64).saturating_mul(display.1 as u64).saturating_mul(bytes);
-    if display_bytes > MODEST_DISPLAY_BYTES {
-        source.check_size([display.0 as u64, display.1 as u64], bytes, DEFLATE_RATIO)?;
+    let pixels = |[width, height]: [u64; 2]| u128::from(width) * u128::from(height);
+    let display = [display.0 as u64, display.1 as u64];
+    let channels: usize = parts.iter().map(|&part| headers[part].channels.list.len()).sum();
+    let modest = pixels(display) * 4 * channels as u128 <= MODEST_DISPLAY_BYTES;
+    if pixels(display) > pixels(data) * DISPLAY_PER_DATA && !modest {
+        source.check_size(display, bytes, DEFLATE_RATIO)?;
     }
     // A tile is decompressed whole, even where it hangs over the edge of the picture.
     for &part in parts {

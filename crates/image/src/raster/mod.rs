@@ -6,7 +6,8 @@ mod tiff;
 pub(crate) use self::jpeg_png::{JPEG_ASKED, PNG_ASKED, decode_jpeg, decode_png};
 pub(crate) use self::tiff::{GeoTags, TIFF_ASKED, decode_tiff};
 
-use crate::srgb_decode;
+use crate::texel::decode_texel;
+use crate::{ColorSpace, srgb_decode};
 
 /// A decoded file, before anyone says what its numbers mean.
 pub(crate) struct Raster {
@@ -45,20 +46,17 @@ impl Raster {
 
     /// Linear floats; numbers of limited range go through the sRGB curve if `encoded`. `None` for measurements.
     pub(crate) fn linear(&self, encoded: bool) -> Option<Vec<[f32; 4]>> {
-        let curve = |[r, g, b, a]: [f32; 4]| {
+        let color = |[r, g, b, a]: [f32; 4]| {
             if encoded { [srgb_decode(r), srgb_decode(g), srgb_decode(b), a] } else { [r, g, b, a] }
-        };
-        let scaled = |pixels: Vec<[f32; 4]>, scale: f32| {
-            pixels.into_iter().map(|pixel| curve(pixel.map(|v| v * scale))).collect()
         };
         match &self.samples {
             Samples::Bytes(bytes) => {
-                let pixels = self.rgba(bytes, 255).into_iter().map(|p| p.map(f32::from)).collect();
-                Some(scaled(pixels, 1.0 / 255.0))
+                let space = if encoded { ColorSpace::Srgb } else { ColorSpace::Linear };
+                Some(self.rgba(bytes, 255).into_iter().map(|texel| decode_texel(texel, space)).collect())
             }
             Samples::Words(words) => {
-                let pixels = self.rgba(words, u16::MAX).into_iter().map(|p| p.map(f32::from)).collect();
-                Some(scaled(pixels, 1.0 / 65535.0))
+                let words = self.rgba(words, u16::MAX).into_iter();
+                Some(words.map(|pixel| color(pixel.map(|v| f32::from(v) / 65535.0))).collect())
             }
             Samples::Floats(floats) => Some(self.rgba(floats, 1.0)),
             Samples::Numbers(_) => None,

@@ -65,9 +65,9 @@ fn decode(source: &Source) -> Result<(Raster, GeoTags), LoadError> {
 
     let total = width as usize * height as usize * channels;
     let mut limits = Limits::default();
-    limits.decoding_buffer_size = total * sample_bytes as usize;
+    // Also the limit for the values of a tag, for which the default is right.
+    limits.decoding_buffer_size = limits.decoding_buffer_size.max(total * sample_bytes as usize);
     limits.intermediate_buffer_size = limits.intermediate_buffer_size.max(source.bytes.len());
-    limits.ifd_value_size = source.bytes.len();
     let mut decoder = decoder.with_limits(limits);
     let planar = decoder.find_tag_unsigned::<u16>(Tag::PlanarConfiguration).map_err(damaged)?
         == Some(PlanarConfiguration::Planar.to_u16())
