@@ -11,8 +11,10 @@ use halflight_image::{
 };
 use seeds::{FORMATS, Random, drive};
 
-/// Mutations of the seeds of each format.
-const MUTATIONS: usize = 400;
+/// Mutations of the seeds of each format; `HALFLIGHT_MUTATIONS=100000` makes it a night's work.
+fn mutations() -> usize {
+    std::env::var("HALFLIGHT_MUTATIONS").ok().and_then(|text| text.parse().ok()).unwrap_or(400)
+}
 
 fn error(bytes: &[u8], name: &str) -> String {
     let start = Instant::now();
@@ -73,7 +75,7 @@ fn seeded_mutations_of_every_format_never_panic() {
         let pool: Vec<Vec<u8>> =
             seeds::all().into_iter().filter(|s| s.target == *format).map(|s| s.bytes).collect();
         let mut random = Random(k as u64);
-        for _ in 0..MUTATIONS {
+        for _ in 0..mutations() {
             let mut bytes = pool[random.below(pool.len())].clone();
             mutate(&mut bytes, &mut random, &pool);
             drive(&bytes);

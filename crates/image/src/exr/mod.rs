@@ -6,6 +6,7 @@ mod read;
 mod samples;
 mod write;
 
+use std::io::Write;
 use std::path::Path;
 
 use halflight_file::{LoadError, SaveError, read as read_file, write_whole};
@@ -50,7 +51,7 @@ impl Picture {
     }
 
     /// Writes an EXR file: one part, ZIP-compressed scan lines, channels in alphabetical order as the format
-    /// asks, the metadata as text attributes named `halflight.<key>`.
+    /// asks, the metadata as text attributes named `halflight.<key>`. The same picture gives the same bytes.
     ///
     /// Finite values beyond the range of half are written as ±65504 there, not as infinity.
     ///
@@ -58,13 +59,13 @@ impl Picture {
     /// No pixels, no channels, two channels of one name, a name or a value that the format cannot hold, or
     /// trouble with the disk.
     pub fn save_exr(&self, path: &Path, precision: Precision) -> Result<(), SaveError> {
-        let image = write::to_exr(self, precision).map_err(|found| SaveError {
+        let bytes = self.encode_exr(precision).map_err(|found| SaveError {
             asked: ASKED.into(),
             path: path.to_path_buf(),
             found,
             hint: None,
         })?;
-        write_whole(path, ASKED, |writer| write::write(&image, writer))
+        write_whole(path, ASKED, |writer| writer.write_all(&bytes))
     }
 
     /// [`Picture::save_exr`] into memory.
@@ -72,9 +73,6 @@ impl Picture {
     /// # Errors
     /// As [`Picture::save_exr`], as text.
     pub fn encode_exr(&self, precision: Precision) -> Result<Vec<u8>, String> {
-        let image = write::to_exr(self, precision)?;
-        let mut bytes = std::io::Cursor::new(Vec::new());
-        write::write(&image, &mut bytes).map_err(|e| e.to_string())?;
-        Ok(bytes.into_inner())
+        write::to_bytes(self, precision)
     }
 }

@@ -1,5 +1,5 @@
 use std::collections::HashSet;
-use std::io::{self, Seek, Write};
+use std::io::Cursor;
 
 use exr::image::{
     AnyChannel, AnyChannels, Blocks, Encoding, FlatSamples, Image, Layer, write::WritableImage,
@@ -21,9 +21,9 @@ const FLOAT_LAYERS: [&str; 5] = ["depth", "position", "samples", "variance", "ma
 /// OpenEXR's own limit for names.
 const LONGEST_NAME: usize = 255;
 
-pub(super) type FlatImage = Image<Layer<AnyChannels<FlatSamples>>>;
+type FlatImage = Image<Layer<AnyChannels<FlatSamples>>>;
 
-pub(super) fn to_exr(picture: &Picture, precision: Precision) -> Result<FlatImage, String> {
+fn to_exr(picture: &Picture, precision: Precision) -> Result<FlatImage, String> {
     let Picture { width, height, channels, metadata } = picture;
     if channels.is_empty() || *width == 0 || *height == 0 {
         return Err(format!("nothing to write: {width} × {height} pixels of {} channels", channels.len()));
@@ -56,12 +56,39 @@ pub(super) fn to_exr(picture: &Picture, precision: Precision) -> Result<FlatImag
     Ok(Image::from_layer(Layer::new(Vec2(*width, *height), attributes, encoding, AnyChannels::sort(list))))
 }
 
-pub(super) fn write(image: &FlatImage, writer: impl Write + Seek) -> io::Result<()> {
-    image.write().to_buffered(writer).map_err(|e| match e {
-        // Kept whole, because its kind tells a full disk from a missing folder.
-        exr::error::Error::Io(error) => error,
-        other => io::Error::other(other.to_string()),
-    })
+/// The whole file in memory; the same picture gives the same bytes.
+pub(super) fn to_bytes(picture: &Picture, precision: Precision) -> Result<Vec<u8>, String> {
+    let image = to_exr(picture, precision)?;
+    let mut bytes = Cursor::new(Vec::new());
+    image.write().to_buffered(&mut bytes).map_err(|e| e.to_string())?;
+    let mut bytes = bytes.into_inner();
+    sort_attributes(&mut bytes);
+    Ok(bytes)
+}
+
+/// Puts the attributes of the header in alphabetical order.
+///
+/// The crate keeps them in a hash map and writes them in a new order on every run. Attributes may stand in any
+/// order, and moving them moves nothing else: the header keeps its length.
+fn sort_attributes(bytes: &mut [u8]) {
+    // After the magic number and the version: name, 0, type, 0, length, value, and so on to an empty name.
+    const START: usize = 8;
+    let text_end = |from: usize| Some(from + bytes.get(from..)?.iter().position(|&b| b == 0)?);
+    let mut attributes = Vec::new();
+    let mut position = START;
+    while bytes.get(position).is_some_and(|&b| b != 0) {
+        let next = (|| {
+            let kind_end = text_end(text_end(position)? + 1)?;
+            let length = u32::from_le_bytes(*bytes.get(kind_end + 1..)?.first_chunk()?);
+            Some(kind_end + 5 + length as usize).filter(|&end| end <= bytes.len())
+        })();
+        // Our own file has a whole header; were it otherwise, its order is the least of its troubles.
+        let Some(next) = next else { return };
+        attributes.push(bytes[position..next].to_vec());
+        position = next;
+    }
+    attributes.sort();
+    bytes[START..position].copy_from_slice(&attributes.concat());
 }
 
 fn samples(channel: &Channel, precision: Precision) -> FlatSamples {
