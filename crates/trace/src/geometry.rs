@@ -5,7 +5,10 @@ use std::sync::Arc;
 use glam::{Vec2, Vec3};
 
 use crate::Ray;
+use crate::flat::{Disk, Rectangle};
+use crate::height_field::HeightFieldTracer;
 use crate::mesh::MeshTracer;
+use crate::spheres::SphereTracer;
 
 /// A form of geometry that answers rays in its own space.
 ///
@@ -67,6 +70,14 @@ pub struct LocalSurface {
 pub enum Geometry {
     /// Triangles, still or moving.
     Mesh(MeshTracer),
+    /// A set of spheres.
+    Spheres(SphereTracer),
+    /// Heights over a grid, still or moving.
+    HeightField(HeightFieldTracer),
+    /// The unit square.
+    Rectangle(Rectangle),
+    /// The unit disk.
+    Disk(Disk),
     /// Anything else that answers rays.
     Custom(Arc<dyn RayGeometry>),
 }
@@ -78,6 +89,10 @@ impl Geometry {
     pub fn as_rays(&self) -> &dyn RayGeometry {
         match self {
             Geometry::Mesh(mesh) => mesh,
+            Geometry::Spheres(spheres) => spheres,
+            Geometry::HeightField(field) => field,
+            Geometry::Rectangle(rectangle) => rectangle,
+            Geometry::Disk(disk) => disk,
             Geometry::Custom(custom) => custom.as_ref(),
         }
     }

@@ -24,16 +24,22 @@
 //! assert_eq!(world.surface(&ray, &hit).geometric_normal, Vec3::Z);
 //! ```
 
+mod flat;
 mod geometry;
+mod height_field;
 mod mesh;
 mod motion;
 mod ray;
 mod simd;
+mod spheres;
 mod world;
 
+pub use flat::{Disk, Rectangle};
 pub use geometry::{Geometry, LocalHit, LocalSurface, RayGeometry};
+pub use height_field::HeightFieldTracer;
 pub use mesh::MeshTracer;
 pub use motion::Motion;
 pub use ray::{Hit, Ray, Surface};
 pub use simd::{Simd, UnknownSimd};
+pub use spheres::{Sphere, SphereTracer};
 pub use world::{Instance, World};

@@ -64,6 +64,65 @@ struct Spread<L> {
     t_end: L,
 }
 
+/// Lines of the grid in units of the child's size, for lanes in the order of the ray.
+struct Lines<L> {
+    near_x: L,
+    far_x: L,
+    near_z: L,
+    far_z: L,
+}
+
+// Everything below that computes with lanes is a function and not a closure, or a method that takes one: closures are
+// not compiled for the instructions of the function around them.
+
+/// When the ray crosses the lines `base + size · line`.
+#[inline(always)]
+fn crossing<L: Lanes16>(line: L, size: L, base: L, origin: L, inverse: L) -> L {
+    line.mul_add(size, base).sub(origin).mul(inverse)
+}
+
+/// Which children of a node the ray may meet the surface in; bit k for the k-th in the order of the ray.
+#[inline(always)]
+fn meets<L: Lanes16>(
+    all: &Spread<L>,
+    lines: &Lines<L>,
+    order: L::Order,
+    field: &Surroundings<'_>,
+    level: usize,
+    x: usize,
+    z: usize,
+) -> u32 {
+    let floor = &field.levels[level];
+    let node = &floor.nodes[z * floor.columns + x];
+    let size = (4usize << (2 * level)) as f32;
+    let (x0, z0) = (L::splat(4.0 * size * x as f32), L::splat(4.0 * size * z as f32));
+    let size = L::splat(size);
+    let enter = crossing(lines.near_x, size, x0, all.ox, all.inverse_x)
+        .max(crossing(lines.near_z, size, z0, all.oz, all.inverse_z))
+        .max(L::splat(0.0));
+    let leave = crossing(lines.far_x, size, x0, all.ox, all.inverse_x).min(crossing(
+        lines.far_z,
+        size,
+        z0,
+        all.oz,
+        all.inverse_z,
+    ));
+    let y_enter = enter.mul_add(all.dy, all.oy);
+    let y_leave = leave.mul_add(all.dy, all.oy);
+    let low = L::load_ordered(&node.low, order);
+    let high = L::load_ordered(&node.high, order);
+    let within = L::both(enter.le(leave), enter.le(all.t_end));
+    let tall = L::both(low.le(y_enter.max(y_leave)), y_enter.min(y_leave).le(high));
+    L::bits(L::both(within, tall))
+}
+
+/// f at t, on an edge between two posts, where t lies at the fraction `along`.
+#[inline(always)]
+fn above<L: Lanes16>(all: &Spread<L>, t: L, from: L, to: L, along: L) -> L {
+    let h = along.max(L::splat(0.0)).min(L::splat(1.0)).mul_add(to.sub(from), from);
+    t.mul_add(all.dy, all.oy).sub(h)
+}
+
 /// Marches a ray to the first hit that `accept` takes; it is asked for hits in the order of t.
 #[inline(always)]
 pub(super) fn march<L: Lanes16, T>(
@@ -86,40 +145,20 @@ pub(super) fn march<L: Lanes16, T>(
     };
     let flip = if dx < 0.0 { 3 } else { 0 } | if dz < 0.0 { 12 } else { 0 };
     let order = L::order(flip);
-    // Lines of the grid in units of the child's size, for lanes in the order of the ray: the near and the far one.
     let (toward_x, toward_z) = (f32::from(u8::from(dx < 0.0)), f32::from(u8::from(dz < 0.0)));
     let ordered_x = L::load_ordered(&LANE_X, order);
     let ordered_z = L::load_ordered(&LANE_Z, order);
-    let near_x = ordered_x.add(L::splat(toward_x));
-    let far_x = ordered_x.add(L::splat(1.0 - toward_x));
-    let near_z = ordered_z.add(L::splat(toward_z));
-    let far_z = ordered_z.add(L::splat(1.0 - toward_z));
-
-    let meets = |level: usize, x: usize, z: usize| -> u32 {
-        let floor = &field.levels[level];
-        let node = &floor.nodes[z * floor.columns + x];
-        let size = (4usize << (2 * level)) as f32;
-        let (x0, z0) = (L::splat(4.0 * size * x as f32), L::splat(4.0 * size * z as f32));
-        let size = L::splat(size);
-        let crossing = |near: L, base: L, o: L, inverse: L| near.mul_add(size, base).sub(o).mul(inverse);
-        let enter = crossing(near_x, x0, all.ox, all.inverse_x)
-            .max(crossing(near_z, z0, all.oz, all.inverse_z))
-            .max(L::splat(0.0));
-        let leave =
-            crossing(far_x, x0, all.ox, all.inverse_x).min(crossing(far_z, z0, all.oz, all.inverse_z));
-        let y_enter = enter.mul_add(all.dy, all.oy);
-        let y_leave = leave.mul_add(all.dy, all.oy);
-        let low = L::load_ordered(&node.low, order);
-        let high = L::load_ordered(&node.high, order);
-        let within = L::both(enter.le(leave), enter.le(all.t_end));
-        let tall = L::both(low.le(y_enter.max(y_leave)), y_enter.min(y_leave).le(high));
-        L::bits(L::both(within, tall))
+    let lines = Lines {
+        near_x: ordered_x.add(L::splat(toward_x)),
+        far_x: ordered_x.add(L::splat(1.0 - toward_x)),
+        near_z: ordered_z.add(L::splat(toward_z)),
+        far_z: ordered_z.add(L::splat(1.0 - toward_z)),
     };
 
     let mut waiting = [0u32; GREATEST_DEPTH];
     let mut level = field.levels.len() - 1;
     let (mut x, mut z) = (0, 0);
-    let mut mask = meets(level, 0, 0);
+    let mut mask = meets(&all, &lines, order, field, level, 0, 0);
     loop {
         while mask == 0 {
             level += 1;
@@ -140,37 +179,27 @@ pub(super) fn march<L: Lanes16, T>(
             waiting[level] = mask;
             level -= 1;
             (x, z) = child;
-            mask = meets(level, x, z);
+            mask = meets(&all, &lines, order, field, level, x, z);
         }
     }
 }
 
-/// The heights of the posts of a block's cells, at their four corners, and which cells there are.
+/// The heights of the posts of a block's cells, at their four corners (00, 10, 01, 11).
 #[inline(always)]
-fn corners<L: Lanes16>(field: &Surroundings<'_>, x: usize, z: usize) -> ([L; 4], u32) {
-    let whole = x + 4 < field.columns && z + 4 < field.rows;
-    let at = |heights: &[f32]| {
-        if whole {
-            let first = z * field.columns + x;
-            let offsets = [0, 1, field.columns, field.columns + 1];
-            offsets.map(|offset| L::load_rows(&heights[first + offset..], field.columns))
-        } else {
-            border_posts(heights, field.columns, field.rows, x, z).map(|corner| L::load(&corner))
-        }
-    };
-    let mut heights = at(field.heights);
-    if let Some((close, time)) = field.close {
-        let (close, time) = (at(close), L::splat(time));
-        for k in 0..4 {
-            heights[k] = close[k].sub(heights[k]).mul_add(time, heights[k]);
-        }
+fn corners<L: Lanes16>(field: &Surroundings<'_>, heights: &[f32], x: usize, z: usize) -> [L; 4] {
+    if x + 4 < field.columns && z + 4 < field.rows {
+        let stride = field.columns;
+        let first = &heights[z * stride + x..];
+        [
+            L::load_rows(first, stride),
+            L::load_rows(&first[1..], stride),
+            L::load_rows(&first[stride..], stride),
+            L::load_rows(&first[stride + 1..], stride),
+        ]
+    } else {
+        let [a, b, c, d] = border_posts(heights, field.columns, field.rows, x, z);
+        [L::load(&a), L::load(&b), L::load(&c), L::load(&d)]
     }
-    let mut cells = 0xffff;
-    if !whole {
-        let (across, along) = ((field.columns - 1 - x).min(4), (field.rows - 1 - z).min(4));
-        cells = ((1 << across) - 1) * (0x1111 & ((1 << (4 * along)) - 1));
-    }
-    (heights, cells)
 }
 
 /// The posts at the corners of a block's cells at the far borders, where the block is cut off.
@@ -197,7 +226,15 @@ fn block<L: Lanes16, T>(
     accept: &mut impl FnMut(GridHit) -> Option<T>,
 ) -> Option<T> {
     let (x, z) = (4 * x, 4 * z);
-    let ([h00, h10, h01, h11], cells) = corners::<L>(field, x, z);
+    let [mut h00, mut h10, mut h01, mut h11] = corners::<L>(field, field.heights, x, z);
+    if let Some((close, time)) = field.close {
+        let close = corners::<L>(field, close, x, z);
+        let time = L::splat(time);
+        h00 = close[0].sub(h00).mul_add(time, h00);
+        h10 = close[1].sub(h10).mul_add(time, h10);
+        h01 = close[2].sub(h01).mul_add(time, h01);
+        h11 = close[3].sub(h11).mul_add(time, h11);
+    }
     let zero = L::splat(0.0);
     let one = L::splat(1.0);
     let i = L::load(&LANE_X).add(L::splat(x as f32));
@@ -215,23 +252,16 @@ fn block<L: Lanes16, T>(
     } else {
         (front, back, (h01, h11), (h00, h10))
     };
-    // Positions within the cell, along x and z.
-    let along_x = |t: L| t.mul_add(all.dx, all.ox).sub(i);
-    let along_z = |t: L| t.mul_add(all.dz, all.oz).sub(j);
-    let above = |t: L, from: L, to: L, along: L| {
-        let h = along.max(zero).min(one).mul_add(to.sub(from), from);
-        t.mul_add(all.dy, all.oy).sub(h)
-    };
     let enter = near_x.max(near_z);
     let leave = far_x.min(far_z);
     let by_x = near_z.lt(near_x);
-    let along = L::select(by_x, along_z(enter), along_x(enter));
+    let along = L::select(by_x, enter.mul_add(all.dz, all.oz).sub(j), enter.mul_add(all.dx, all.ox).sub(i));
     let from = L::select(by_x, x_near.0, z_near.0);
-    let mut f_enter = above(enter, from, L::select(by_x, x_near.1, z_near.1), along);
+    let mut f_enter = above(all, enter, from, L::select(by_x, x_near.1, z_near.1), along);
     let by_x = far_x.le(far_z);
-    let along = L::select(by_x, along_z(leave), along_x(leave));
+    let along = L::select(by_x, leave.mul_add(all.dz, all.oz).sub(j), leave.mul_add(all.dx, all.ox).sub(i));
     let from = L::select(by_x, x_far.0, z_far.0);
-    let f_leave = above(leave, from, L::select(by_x, x_far.1, z_far.1), along);
+    let f_leave = above(all, leave, from, L::select(by_x, x_far.1, z_far.1), along);
 
     // The cell that the ray starts in: f at its origin.
     let started = enter.lt(zero);
@@ -249,9 +279,13 @@ fn block<L: Lanes16, T>(
     let across = L::splat(1.0 / (dx - dz));
     let diagonal = all.oz.sub(j).sub(all.ox.sub(i)).mul(across);
     let crosses = L::both(enter.lt(diagonal), diagonal.lt(leave));
-    let f_diagonal = L::select(crosses, above(diagonal, h00, h11, along_x(diagonal)), f_enter);
+    let f_diagonal =
+        L::select(crosses, above(all, diagonal, h00, h11, diagonal.mul_add(all.dx, all.ox).sub(i)), f_enter);
 
     let (a, b, c) = (L::bits(zero.le(f_enter)), L::bits(zero.le(f_diagonal)), L::bits(zero.le(f_leave)));
+    let (across, along) = ((field.columns - 1 - x).min(4), (field.rows - 1 - z).min(4));
+    // The far borders may cut the block off.
+    let cells = ((1u32 << across) - 1) * (0x1111 & ((1 << (4 * along)) - 1));
     let changes = ((a ^ b) | (b ^ c)) & L::bits(within) & cells;
     if changes == 0 {
         return None;
@@ -264,18 +298,17 @@ fn block<L: Lanes16, T>(
         let lane = (left.trailing_zeros() ^ flip) as usize;
         left &= left - 1;
         let cell = [x + (lane & 3), z + (lane >> 2)];
-        let point = |k: usize| (times[k][lane], signed[k][lane]);
-        let pieces: [_; 2] = if crosses >> lane & 1 == 1 {
-            [Some((point(0), point(1))), Some((point(1), point(2)))]
-        } else {
-            [Some((point(0), point(2))), None]
-        };
-        for (start, end) in pieces.into_iter().flatten() {
-            if (start.1 >= 0.0) != (end.1 >= 0.0) {
-                if let Some(found) = accept(within_triangle(ray, cell, start, end)) {
-                    return Some(found);
-                }
+        // From border to border, or from border to diagonal and on.
+        let stops = if crosses >> lane & 1 == 1 { [1, 2] } else { [2, 2] };
+        let mut start = (times[0][lane], signed[0][lane]);
+        for stop in stops {
+            let end = (times[stop][lane], signed[stop][lane]);
+            if (start.1 >= 0.0) != (end.1 >= 0.0)
+                && let Some(found) = accept(within_triangle(ray, cell, start, end))
+            {
+                return Some(found);
             }
+            start = end;
         }
     }
     None

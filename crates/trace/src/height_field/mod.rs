@@ -23,7 +23,7 @@ use glam::{DVec3, Vec2, Vec3};
 use halflight_shape::HeightField;
 
 use crate::{LocalHit, LocalSurface, Ray, RayGeometry, Simd};
-use lanes::{Lanes16, Plain};
+use lanes::Plain;
 use march::{GridHit, GridRay, Surroundings, march};
 
 /// A height field that answers rays.
