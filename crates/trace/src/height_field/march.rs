@@ -21,6 +21,8 @@ pub(super) struct GridRay {
     pub(super) origin: [f32; 3],
     /// x and z are not zero.
     pub(super) direction: [f32; 3],
+    /// Whether the ray itself starts within the box, and not only the part of it that is marched.
+    pub(super) starts_inside: bool,
     /// A little beyond the ray's end.
     pub(super) t_end: f32,
 }
@@ -74,6 +76,13 @@ struct Lines<L> {
 
 // Everything below that computes with lanes is a function and not a closure, or a method that takes one: closures are
 // not compiled for the instructions of the function around them.
+
+/// The cell of a place along an axis with so many posts.
+#[inline(always)]
+fn cell_of(place: f32, posts: usize) -> usize {
+    // A cast of a negative number gives 0.
+    (place as usize).min(posts - 2)
+}
 
 /// When the ray crosses the lines `base + size · line`.
 #[inline(always)]
@@ -156,9 +165,33 @@ pub(super) fn march<L: Lanes16, T>(
     };
 
     let mut waiting = [0u32; GREATEST_DEPTH];
-    let mut level = field.levels.len() - 1;
+    let top = field.levels.len() - 1;
+    let mut level = top;
     let (mut x, mut z) = (0, 0);
-    let mut mask = meets(&all, &lines, order, field, level, 0, 0);
+    let mut mask;
+    if ray.starts_inside {
+        // The nodes that hold the ray's start are known without a descent: all their tests are under way at once,
+        // where a descent waits for each. Then down as far as the tests lead to the start.
+        let start = (cell_of(ox, field.columns), cell_of(oz, field.rows));
+        for level in 0..=top {
+            let shift = 2 * level + 4;
+            waiting[level] = meets(&all, &lines, order, field, level, start.0 >> shift, start.1 >> shift);
+        }
+        loop {
+            mask = waiting[level];
+            let shift = 2 * level + 2;
+            (x, z) = (start.0 >> shift, start.1 >> shift);
+            let lane = 1 << (((x & 3) | (z & 3) << 2) as u32 ^ flip);
+            (x, z) = (x >> 2, z >> 2);
+            if level == 0 || mask & lane == 0 {
+                break;
+            }
+            waiting[level] = mask & !lane;
+            level -= 1;
+        }
+    } else {
+        mask = meets(&all, &lines, order, field, level, 0, 0);
+    }
     loop {
         while mask == 0 {
             level += 1;

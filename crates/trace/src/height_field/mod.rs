@@ -147,6 +147,7 @@ impl HeightFieldTracer {
                     ((origin.z - low.z) / step_z) as f32,
                 ],
                 direction: [off_zero(direction.x), direction.y, off_zero(direction.z)],
+                starts_inside: start == 0.0,
                 t_end: ((end - start) * pace * 1.001) as f32,
             };
             Some((grid_ray, start, scale))
