@@ -1,5 +1,7 @@
 //! The figures that are one number, and the maps.
 
+#![allow(clippy::unwrap_used, reason = "a test may end where it goes wrong")]
+
 use halflight_image::metrics::{
     Difference, MetricError, expected_noise, max_error, mean_rgb, mse, psnr, relative_mse,
     relative_squared_error, signed_difference, without_noise,

@@ -1,5 +1,7 @@
 //! The comparison page holds what it should, in a form that no text can break.
 
+#![allow(clippy::unwrap_used, reason = "a test may end where it goes wrong")]
+
 use halflight_image::RgbImage;
 use halflight_image::metrics::MetricError;
 use halflight_image::report::{Candidate, Comparison, Curve, CurvePoint, Report, ReportError, Row};

@@ -14,6 +14,8 @@ pub(super) struct MapStyle {
     note: String,
     /// Whether `low` and `high` are decimal logarithms of the values.
     log: bool,
+    /// Whether colours follow the square root of a value's size, on both sides of zero.
+    root: bool,
     low: f32,
     high: f32,
     table: Table,
@@ -31,6 +33,7 @@ impl MapStyle {
             name: "FLIP",
             note: "How much a person notices when the two are shown in turn: 0 nothing, 1 the most.".into(),
             log: false,
+            root: false,
             low: 0.0,
             high: 1.0,
             table: magma(),
@@ -55,6 +58,7 @@ impl MapStyle {
             name: "relative squared error",
             note: "(x − r)² ⁄ (r² + 0.01), mean of the channels, logarithmic.".into(),
             log: true,
+            root: false,
             low: low as f32,
             high: high as f32,
             table: viridis(),
@@ -62,16 +66,18 @@ impl MapStyle {
         }
     }
 
-    /// Signed difference, as far as `reach` to both sides.
+    /// Signed difference, as far as `reach` to both sides; by its root, so that a reach that the worst candidate
+    /// needs still shows the bias of the best.
     pub(super) fn signed(reach: f32) -> Self {
         let tick = |i: i32| {
             let sign = ["−", "", "+"][(i.signum() + 1) as usize];
-            (0.5 + i as f32 / 4.0, format!("{sign}{}", plain(f64::from(reach * i.abs() as f32) / 2.0)))
+            (0.5 + i as f32 / 4.0, format!("{sign}{}", plain(f64::from(reach) * f64::from(i * i) / 4.0)))
         };
         Self {
             name: "signed difference",
-            note: "(x − r) ⁄ √(r² + 0.01), mean of the channels: blue is too dark, orange too bright.".into(),
+            note: "(x − r) ⁄ √(r² + 0.01), mean of the channels, square-root scale: blue is too dark, orange too bright.".into(),
             log: false,
+            root: true,
             low: -reach,
             high: reach,
             table: diverging(),
@@ -92,6 +98,8 @@ impl MapStyle {
 
     fn color(&self, value: f32) -> [u8; 3] {
         let value = if self.log { value.max(1e-30).log10() } else { value };
+        let value =
+            if self.root { self.high * (value.abs() / self.high).sqrt().copysign(value) } else { value };
         let at = ((value - self.low) / (self.high - self.low)).clamp(0.0, 1.0);
         self.table[(at * 255.0).round() as usize]
     }
@@ -101,7 +109,7 @@ impl MapStyle {
         let colors: Vec<String> =
             self.table.iter().map(|[r, g, b]| format!("{r:02x}{g:02x}{b:02x}")).collect();
         json!({
-            "name": self.name, "note": self.note, "log": self.log, "low": self.low, "high": self.high,
+            "name": self.name, "note": self.note, "log": self.log, "root": self.root, "low": self.low, "high": self.high,
             "colors": colors, "ticks": self.ticks,
         })
     }

@@ -172,6 +172,7 @@
   // ---- reading values back from the pictures
 
   const pixelsOf = new Map();
+  let pointed = null;
 
   /** The bytes of a picture, decoded once. */
   function pixels(img) {
@@ -196,12 +197,14 @@
   function mapValue(map, color) {
     const at = map.index.get(color);
     if (at === undefined) return "no value";
-    const value = map.low + at * (map.high - map.low);
+    let value = map.low + at * (map.high - map.low);
+    if (map.root) value *= Math.abs(value) / map.high;
     if (map.log) return `${at === 0 ? "≤ " : at === 1 ? "≥ " : ""}${(10 ** value).toExponential(1)}`;
-    return value.toFixed(map.high < 0.1 ? 4 : 3);
+    return value.toFixed(map.high < 0.1 ? 5 : 3);
   }
 
   function read(stage, event) {
+    pointed = [stage, event];
     const [dx, dy] = fromMiddle(stage, event);
     const scale = fit(stage) * view.zoom;
     const x = Math.floor(view.x + dx / scale);
@@ -253,6 +256,8 @@
       return span;
     }));
     $("legend-note").textContent = map.note;
+    // What the readout tells is of the pictures shown now; one that is replaced while it decodes tells nothing.
+    Promise.all([img.decode(), $("img-candidate").decode()]).then(() => pointed && read(...pointed), () => {});
     showTiles();
   }
 
