@@ -1,7 +1,47 @@
-//! Scenes: from files to a `Scene`, from a `Scene` to a `Frame`.
+//! Scenes: from files to a [`Scene`], from a [`Scene`] to a [`Frame`].
+//!
+//! - [`Scene::load`] reads a scene file, or makes a scene of a bare asset. Everything that can be wrong with input is
+//!   said here, with file, line, column and what to do.
+//! - [`Scene::at`] gives one instant, or one shutter interval: posed shapes that answer rays, materials, lights, camera.
+//! - [`schema`] is the layer below scene files: from one declaration come a table's type, its reader and its reference
+//!   page. Techniques declare their settings with it too.
+//! - [`spec`] holds the declarations for scene files, [`spec::scene_format_markdown`] the reference page.
+//! - [`lights`] and [`camera`] are what a frame is lit by and seen through.
 
+mod bare;
+mod build;
 pub mod camera;
+mod describe;
+mod error;
+mod frame;
+mod framing;
+mod geometry;
 pub mod lights;
+mod motion;
 pub mod sampling;
+mod scene;
 pub mod schema;
 pub mod spec;
+
+pub use describe::{Description, describe};
+pub use error::SceneError;
+pub use frame::Frame;
+pub use scene::{LoadOptions, Scene};
+
+/// The material that a text describes, as `--material` takes it: the name of a measured file, a metal, or a type and
+/// its keys.
+///
+/// ```
+/// use halflight_material::MaterialKind;
+/// let material = halflight_scene::material_from_text("conductor metal=copper roughness=0.2")?;
+/// assert!(matches!(material.kind, MaterialKind::Conductor { .. }));
+/// # Ok::<(), halflight_scene::SceneError>(())
+/// ```
+///
+/// # Errors
+/// An unknown type, unknown keys, impossible values, or a file that cannot be loaded.
+pub fn material_from_text(text: &str) -> Result<halflight_material::Material, SceneError> {
+    let mut builder = build::Builder::default();
+    let material = build::material_from_text(text, &mut builder)?;
+    builder.reader.finish(Some(material)).map_err(SceneError::from)
+}

@@ -1,8 +1,9 @@
 //! `[material.NAME]`.
 
 use glam::{Vec2, Vec3};
+use halflight_material::{metal, metal_names};
 
-use crate::schema::{At, Color, Docs, FilePath, Kind, ReadValue, Reader, Tagged, Value};
+use crate::schema::{At, Color, Docs, FilePath, Kind, Problem, ReadValue, Reader, Tagged, Value};
 use crate::schema::{at_least, between, fraction, within};
 use crate::{choices, record, variants};
 
@@ -271,40 +272,31 @@ record! {
     }
 }
 
-choices! {
-    /// Metals whose index of refraction is built in.
-    pub enum Metal, "metal" {
-        /// Gold.
-        "gold" => Gold,
-        /// Copper.
-        "copper" => Copper,
-        /// Aluminium.
-        "aluminium" => Aluminium,
-        /// Silver.
-        "silver" => Silver,
-        /// Iron.
-        "iron" => Iron,
-        /// Chromium.
-        "chromium" => Chromium,
-        /// Titanium.
-        "titanium" => Titanium,
-    }
+/// A metal whose complex index of refraction is built in.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Metal {
+    /// Real part of the index at red, green and blue.
+    pub eta: Vec3,
+    /// Imaginary part.
+    pub k: Vec3,
 }
 
-impl Metal {
-    /// The complex index of refraction η + ik at red, green and blue: values at 650, 550 and 450 nm as commonly
-    /// tabulated (Johnson and Christy 1972, 1974; Rakić 1998 for aluminium).
-    pub fn index(self) -> (Vec3, Vec3) {
-        let (eta, k) = match self {
-            Self::Gold => ([0.166, 0.424, 1.381], [3.150, 2.356, 1.875]),
-            Self::Copper => ([0.214, 1.040, 1.170], [3.670, 2.583, 2.354]),
-            Self::Aluminium => ([1.490, 0.958, 0.617], [7.820, 6.690, 5.430]),
-            Self::Silver => ([0.140, 0.129, 0.151], [4.150, 3.350, 2.470]),
-            Self::Iron => ([2.886, 2.950, 2.600], [3.030, 2.930, 2.750]),
-            Self::Chromium => ([3.110, 3.180, 2.220], [3.310, 3.330, 3.040]),
-            Self::Titanium => ([2.740, 2.540, 2.270], [3.810, 3.430, 3.040]),
-        };
-        (Vec3::from(eta), Vec3::from(k))
+impl ReadValue for Metal {
+    fn expected() -> String {
+        let names: Vec<String> = metal_names().map(|name| format!("`\"{name}\"`")).collect();
+        format!("a metal: {}", names.join(", "))
+    }
+    fn read_value(value: &Value, reader: &mut Reader) -> Option<Self> {
+        let name = String::read_value(value, reader)?;
+        match metal(&name) {
+            Some((eta, k)) => Some(Self { eta, k }),
+            None => {
+                let problem = Problem::new(&value.origin, format!("the metal \"{name}\" is not built in"));
+                let problem = problem.offer(&name, metal_names());
+                reader.report(problem.help("others can be given by `color`, or by `eta` and `k`"));
+                None
+            }
+        }
     }
 }
 

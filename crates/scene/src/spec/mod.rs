@@ -19,13 +19,15 @@ pub use light::{
 pub use material::{
     ColorSetting, ConductorSpec, DielectricSpec, DiffuseSpec, DisplacementSpec, EmissiveSpec, Interpolation,
     MaterialCommon, MaterialKindSpec, MaterialSpec, MeasuredSpec, Metal, MetallicRoughnessSpec, MirrorSpec,
-    NormalMapSpec, PhongSpec, ScalarSetting, TextureSpec, WrapName,
+    NormalMapSpec, NormalMapTable, PhongSpec, ScalarSetting, SpaceName, TextureSpec, WrapName,
 };
 pub use shape::{
-    BoxSpec, DiskSpec, GeneratedName, GeneratedSpec, HeightFieldSpec, MeshSpec, PlaneSpec, RectangleSpec,
+    BoxSpec, DiskSpec, GeneratedName, GeneratedSpec, HeightFieldSpec, MaterialReference, MeshSpec, PlaneSpec, RectangleSpec,
     Shading, ShapeCommon, ShapeKind, ShapeSpec, SphereSpec, SpheresSpec, TrianglesSpec,
 };
 pub use transform::{Ease, Rotation, Scale, TransformKey, TransformSpec};
+
+pub(crate) use material::{measured, plain};
 
 use crate::record;
 use crate::schema::{At, Docs, Entry, Kind, Problem, ReadValue, Reader, Record, Table, Value};

@@ -1,0 +1,246 @@
+//! A bare asset is a scene: framed, on a ground, in the studio.
+//!
+//! Everything is in proportion to the asset, so that a millimetre and a kilometre look the same.
+
+use std::path::Path;
+use std::sync::{Arc, OnceLock};
+
+use glam::{Affine3A, Vec3};
+use halflight_file::LoadError;
+use halflight_material::{Material, MaterialKind};
+
+use crate::SceneError;
+use crate::build::{self, Builder, CameraRig, Form, HeightSource, LightRig, MaterialEntry, Object, Placement};
+use crate::camera::FieldOfView;
+use crate::framing::{self, Outline};
+use crate::lights::Environment;
+use crate::scene::{LoadOptions, Scene, apply_settings, outline};
+use crate::schema::{FilePath, Problem, Table};
+use crate::spec::{self, SceneSpec};
+
+/// The extensions of models, of pictures of light, and of pictures of heights.
+const MODELS: [&str; 4] = ["ply", "obj", "gltf", "glb"];
+const LIGHT: [&str; 2] = ["hdr", "exr"];
+const HEIGHTS: [&str; 4] = ["tif", "tiff", "png", "dem"];
+
+/// How far the ground reaches, in radii of what stands on it.
+const GROUND_RADII: f32 = 80.0;
+
+/// What kind of scene an asset makes.
+struct Stage {
+    objects: Vec<Object>,
+    /// Whether it needs something to stand on.
+    ground: bool,
+    environment: Option<Environment>,
+    camera: Option<Placement>,
+    field_of_view: FieldOfView,
+}
+
+pub(crate) fn load(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> {
+    let extension = halflight_file::extension(path);
+    let mut builder = Builder::default();
+    let material = match &options.material {
+        Some(text) => {
+            let material = build::material_from_text(text, &mut builder)?;
+            Some(MaterialEntry { index: builder.add_material(material), displacement: None })
+        }
+        None => None,
+    };
+    let stage = match extension.as_str() {
+        known if MODELS.contains(&known) => model(path, material, &mut builder)?,
+        known if HEIGHTS.contains(&known) => heights(path, material, &mut builder)?,
+        known if LIGHT.contains(&known) => environment(path, &mut builder)?,
+        "binary" => measured(path, &mut builder)?,
+        _ => return Err(unknown(path, &extension).into()),
+    };
+    let spec = settings(options)?;
+    finish(path, options, builder, stage, spec)
+}
+
+fn unknown(path: &Path, extension: &str) -> LoadError {
+    if path.is_dir() {
+        return LoadError::new("scene", path, "this is a folder, not a file").hint("name a file inside it");
+    }
+    let found = if extension.is_empty() { "a name without an extension".into() } else { format!("the extension .{extension}") };
+    if !path.exists() {
+        // The reader tells what is missing, and what is near.
+        if let Err(error) = halflight_file::read(path, "scene") {
+            return error;
+        }
+    }
+    LoadError::new("scene", path, found)
+        .hint("scenes are .toml; models .ply, .obj, .gltf, .glb; environments .hdr, .exr; heights .tif, .png; any of them packed as .xz")
+}
+
+/// `--set`, `--environment` and `--size`, which bare assets take as scene files do, as far as it makes sense.
+fn settings(options: &LoadOptions) -> Result<SceneSpec, SceneError> {
+    let mut table = Table::empty();
+    apply_settings(&mut table, options)?;
+    for entry in &table.entries {
+        if matches!(entry.name.as_str(), "shape" | "material" | "light") {
+            let problem = Problem::new(&entry.key, format!("a bare asset has no `{}` to set", entry.name));
+            return Err(problem.help("write a scene file that names the asset").into());
+        }
+    }
+    Ok(spec::read_spec(&table)?)
+}
+
+fn finish(
+    path: &Path,
+    options: &LoadOptions,
+    mut builder: Builder,
+    mut stage: Stage,
+    spec: SceneSpec,
+) -> Result<Scene, SceneError> {
+    // Framed over the whole motion, so that nothing leaves the picture.
+    let duration = stage.objects.iter().filter_map(Object::duration).fold(0.0, f64::max);
+    let times: Vec<f64> = if duration > 0.0 { (0..9).map(|i| duration * f64::from(i) / 8.0).collect() } else { vec![0.0] };
+    let outline = outline(&stage.objects, &times);
+    if stage.ground {
+        stage.objects.push(ground(&outline, &mut builder));
+    }
+    let environment = match &spec.environment {
+        Some(environment) => build::environment(environment, &mut builder),
+        None => Some(stage.environment.unwrap_or_else(build::studio)),
+    };
+    let camera = match (&spec.camera, stage.camera) {
+        (None, Some(placement)) => CameraRig {
+            placement,
+            field_of_view: stage.field_of_view,
+            aperture_radius: 0.0,
+            focus_distance: None,
+            subject_distance: outline.radius(),
+            shutter: [0.0, 0.0],
+        },
+        (None, None) => {
+            let aspect = spec.image.size[0] as f32 / spec.image.size[1] as f32;
+            let (origin, target) = framing::frame(&outline, stage.field_of_view, aspect, None);
+            CameraRig {
+                placement: Placement::LookAt { keys: vec![(0.0, origin, target)], up: Vec3::Y },
+                field_of_view: stage.field_of_view,
+                aperture_radius: 0.0,
+                focus_distance: None,
+                subject_distance: origin.distance(target),
+                shutter: [0.0, 0.0],
+            }
+        }
+        (Some(_), _) => builder.camera(spec.camera.as_ref(), &outline, spec.image.size),
+    };
+    let lights = LightRig { environment, deltas: Vec::new() };
+    let said = format!("{}\n{options:?}", path.display());
+    Scene::finish(path.display().to_string(), said, options, builder, spec, stage.objects, lights, camera)
+}
+
+/// A large, dull floor at the lowest point.
+fn ground(outline: &Outline, builder: &mut Builder) -> Object {
+    let material = Material { name: "ground".into(), ..Material::diffuse(Vec3::splat(0.35)) };
+    let materials: Arc<[u32]> = Arc::from([builder.add_material(material)]);
+    let half = GROUND_RADII * outline.radius();
+    let center = outline.center().with_y(outline.bounds().0.y);
+    let place = Affine3A::from_translation(center) * build::facing_up() * Affine3A::from_scale(Vec3::new(half, half, 1.0));
+    Object { name: "ground".into(), form: Form::Rectangle, materials, places: vec![place], track: None, ground: true }
+}
+
+/// The lens of bare assets: long enough that nothing looks distorted.
+const LENS: FieldOfView = FieldOfView::Vertical(0.50);
+
+fn model(path: &Path, material: Option<MaterialEntry>, builder: &mut Builder) -> Result<Stage, SceneError> {
+    let model = builder.bare_model(path)?;
+    let name = model.name.clone();
+    if model.triangle_count() == 0 {
+        builder.warnings.push(format!("{}: there are no triangles in it", path.display()));
+    }
+    // What says nothing of its material gets one that shows its form: like unglazed clay.
+    let material = material.or_else(|| {
+        let clay = MaterialKind::MetallicRoughness {
+            base_color: Vec3::new(0.62, 0.56, 0.50).into(),
+            metallic: 0.0.into(),
+            roughness: 0.55.into(),
+            transmission: 0.0.into(),
+            ior: 1.5,
+        };
+        let plain = model.materials.is_empty();
+        plain.then(|| MaterialEntry { index: builder.add_material(Material::new("clay", clay)), displacement: None })
+    });
+    let file = FilePath::direct(path);
+    let (form, materials) = builder.place_model(&name, &model, &file, None, (0.0, 1.0, true), material);
+    let camera = model.cameras.first();
+    let field_of_view = camera.map_or(LENS, |camera| FieldOfView::Vertical(camera.vertical_fov));
+    let camera = camera.map(|camera| Placement::Node(Arc::clone(&model), camera.node));
+    let object = Object { name, form, materials, places: vec![Affine3A::IDENTITY], track: None, ground: false };
+    Ok(Stage { objects: vec![object], ground: true, environment: None, camera, field_of_view })
+}
+
+fn heights(path: &Path, material: Option<MaterialEntry>, builder: &mut Builder) -> Result<Stage, SceneError> {
+    let image = halflight_image::load_height(path)?;
+    builder.note_file(path);
+    if image.filled_voids > 0 {
+        builder.warnings.push(format!("{}: {} voids were filled from their neighbours", path.display(), image.filled_voids));
+    }
+    let (min, max, scale, offset) = build::relief(&image);
+    if image.metres_per_pixel.is_some() && scale > 1.0 {
+        builder.warnings.push(format!("{}: heights are exaggerated by {scale:.1}", path.display()));
+    }
+    let field = halflight_shape::HeightField::from_plane(&image.plane, min, max, scale, offset)
+        .map_err(|error| LoadError::new("picture of heights", path, error.to_string()))?;
+    let index = material.map_or_else(
+        || {
+            let rock = Material { name: "rock".into(), ..Material::diffuse(Vec3::new(0.42, 0.37, 0.31)) };
+            builder.add_material(rock)
+        },
+        |entry| entry.index,
+    );
+    let object = Object {
+        name: "landscape".into(),
+        form: Form::Heights(HeightSource::Still(Arc::new(field)), OnceLock::new()),
+        materials: Arc::from([index]),
+        places: vec![Affine3A::IDENTITY],
+        track: None,
+        ground: false,
+    };
+    let sky = build::sky_of(24.0, -75.0);
+    Ok(Stage { objects: vec![object], ground: false, environment: Some(sky), camera: None, field_of_view: LENS })
+}
+
+/// Three balls that show what an environment does: a mirror, dull white, and gold.
+fn balls(materials: [Material; 3], builder: &mut Builder) -> Vec<Object> {
+    let places = [-2.2, 0.0, 2.2];
+    let ball = |(material, x): (Material, f32)| Object {
+        name: material.name.clone(),
+        form: Form::Spheres(vec![(Vec3::new(x, 1.0, 0.0), 1.0)], OnceLock::new()),
+        materials: Arc::from([builder.add_material(material)]),
+        places: vec![Affine3A::IDENTITY],
+        track: None,
+        ground: false,
+    };
+    materials.into_iter().zip(places).map(ball).collect()
+}
+
+fn environment(path: &Path, builder: &mut Builder) -> Result<Stage, SceneError> {
+    let environment = build::environment_image(path, builder)?;
+    let white = Material { name: "white".into(), ..Material::diffuse(Vec3::splat(0.8)) };
+    let gold = build::material_from_text("gold roughness=0.4", builder)?;
+    let objects = balls([Material::mirror(), white, gold], builder);
+    Ok(Stage { objects, ground: true, environment: Some(environment), camera: None, field_of_view: LENS })
+}
+
+fn measured(path: &Path, builder: &mut Builder) -> Result<Stage, SceneError> {
+    let file = FilePath::direct(path);
+    let material = builder.bare_measured(&file)?;
+    let index = builder.add_material(material);
+    let ball = halflight_shape::procedural::mesh::shader_ball(256);
+    let slots = ball.material_slots.iter().max().map_or(1, |&slot| slot as usize + 1);
+    let mut materials = vec![index; slots];
+    if let Some(inner) = materials.get_mut(1) {
+        *inner = builder.default_material();
+    }
+    let object = Object {
+        name: "ball".into(),
+        form: Form::Mesh(build::MeshPart::new(Arc::new(ball))),
+        materials: materials.into(),
+        places: vec![Affine3A::IDENTITY],
+        track: None,
+        ground: false,
+    };
+    Ok(Stage { objects: vec![object], ground: true, environment: None, camera: None, field_of_view: LENS })
+}

@@ -1,0 +1,192 @@
+//! One instant of a scene, or one shutter interval: what techniques are handed.
+
+use std::sync::Arc;
+
+use glam::{Affine3A, Vec2, Vec3};
+use halflight_material::Material;
+use halflight_trace::{Geometry, Instance, Motion, World};
+
+use crate::SceneError;
+use crate::build::{Form, HeightSource, Object};
+use crate::camera::Camera;
+use crate::geometry;
+use crate::lights::{DeltaLight, Emitter, EmitterShape, Lights};
+use crate::scene::Scene;
+
+/// A scene at one time: posed shapes that answer rays, what they are made of, the lights, the camera.
+#[derive(Clone, Debug)]
+pub struct Frame {
+    /// Everything that rays can meet. Ray times run from 0 (the shutter opens) to 1 (it closes).
+    pub world: World,
+    /// The materials of the scene; [`Frame::material_index`] says which one a surface has.
+    pub materials: Vec<Arc<Material>>,
+    /// The lights.
+    pub lights: Lights,
+    /// The camera.
+    pub camera: Camera,
+    /// The time asked for, in seconds.
+    pub time_seconds: f64,
+    /// When the shutter opens and closes, in seconds of the scene.
+    pub shutter_seconds: [f64; 2],
+    /// Lower and upper corner of everything over the shutter interval; both zero if there is nothing.
+    pub bounds: (Vec3, Vec3),
+    /// Material of each slot, for each instance of the world.
+    slots: Vec<Arc<[u32]>>,
+    /// Name of the shape, for each instance of the world.
+    names: Vec<Arc<str>>,
+}
+
+impl Frame {
+    /// The index in [`Frame::materials`] of the material in a slot of an instance.
+    pub fn material_index(&self, instance: u32, slot: u32) -> u32 {
+        self.slots
+            .get(instance as usize)
+            .and_then(|slots| slots.get(slot as usize).or(slots.last()))
+            .copied()
+            .unwrap_or(0)
+    }
+
+    /// The material in a slot of an instance.
+    ///
+    /// # Panics
+    /// If the frame has no such instance.
+    pub fn material(&self, instance: u32, slot: u32) -> &Material {
+        &self.materials[self.material_index(instance, slot) as usize]
+    }
+
+    /// The name of the shape that an instance of the world belongs to.
+    pub fn shape_name(&self, instance: u32) -> &str {
+        self.names.get(instance as usize).map_or("", |name| name)
+    }
+
+    /// Whether the shutter is open for more than an instant, so that ray times matter.
+    pub fn shutter_is_open(&self) -> bool {
+        self.shutter_seconds[1] > self.shutter_seconds[0]
+    }
+}
+
+/// A part of an object over the shutter interval.
+struct Part {
+    geometry: Arc<Geometry>,
+    transform: [Affine3A; 2],
+}
+
+impl Scene {
+    /// The scene at a time in seconds, over the camera's shutter interval: transforms and deforming vertices go in
+    /// straight lines from where they are when the shutter opens to where they are when it closes.
+    ///
+    /// Geometry that does not deform is built once and shared by all frames. The result depends on nothing but the
+    /// time: not on the frames asked for before, not on the number of threads.
+    ///
+    /// # Errors
+    /// If a picture of a height sequence cannot be read.
+    pub fn at(&self, time_seconds: f64) -> Result<Frame, SceneError> {
+        let times = self.camera.shutter.map(|offset| time_seconds + offset);
+        let mut instances = Vec::new();
+        let (mut slots, mut names, mut emitters) = (Vec::new(), Vec::new(), Vec::new());
+        for object in &self.objects {
+            let name: Arc<str> = Arc::from(object.name.as_str());
+            let shines = object.materials.iter().any(|&index| self.materials[index as usize].is_emissive());
+            let moved = object.track.as_ref().map_or([Affine3A::IDENTITY; 2], |track| track.over(times));
+            for part in parts(object, times)? {
+                for place in &object.places {
+                    let pose = [0, 1].map(|end| moved[end] * *place * part.transform[end]);
+                    let number = instances.len() as u32;
+                    if shines {
+                        self.add_emitters(object, &part.geometry, pose, number, &mut emitters);
+                    }
+                    let transform = Motion::between(pose[0], pose[1]);
+                    instances.push(Instance { geometry: Arc::clone(&part.geometry), transform });
+                    slots.push(Arc::clone(&object.materials));
+                    names.push(Arc::clone(&name));
+                }
+            }
+        }
+        let world = World::build(instances, self.simd);
+        let bounds = world.bounds();
+        let radius = 0.5 * bounds.0.distance(bounds.1);
+        let deltas: Vec<DeltaLight> = self.lights.deltas.clone();
+        let radius = if radius > 0.0 && radius.is_finite() { radius } else { 1.0 };
+        let lights = Lights::new(self.lights.environment.clone(), emitters, deltas, radius);
+        Ok(Frame {
+            world,
+            materials: self.materials.clone(),
+            lights,
+            camera: self.camera.over(times),
+            time_seconds,
+            shutter_seconds: times,
+            bounds,
+            slots,
+            names,
+        })
+    }
+
+    /// Adds the primitives of an instance that shine.
+    fn add_emitters(
+        &self,
+        object: &Object,
+        geometry: &Geometry,
+        pose: [Affine3A; 2],
+        instance: u32,
+        emitters: &mut Vec<Emitter>,
+    ) {
+        let material_of = |slot: u32| {
+            let index = object.materials.get(slot as usize).or(object.materials.last()).copied().unwrap_or(0);
+            &self.materials[index as usize]
+        };
+        let mut add = |shape: EmitterShape, slot: u32, primitive: u32| {
+            let material = material_of(slot);
+            if material.is_emissive() {
+                emitters.push(Emitter { shape, pose, material: Arc::clone(material), instance, primitive });
+            }
+        };
+        match (&object.form, geometry) {
+            (Form::Rectangle, _) => add(EmitterShape::Rectangle, 0, 0),
+            (Form::Disk, _) => add(EmitterShape::Disk, 0, 0),
+            (Form::Spheres(spheres, _), _) => {
+                for (index, &(center, radius)) in spheres.iter().enumerate() {
+                    add(EmitterShape::Sphere { center, radius }, 0, index as u32);
+                }
+            }
+            (_, Geometry::Mesh(tracer)) => {
+                let mesh = tracer.mesh();
+                for (index, triangle) in mesh.triangles.iter().enumerate() {
+                    let corners = [0.0, 1.0].map(|time| tracer.corners(index as u32, time));
+                    let [a, b, c] = corners[0];
+                    if (b - a).cross(c - a) == Vec3::ZERO {
+                        continue;
+                    }
+                    let uv = |vertex: u32| mesh.uvs.get(vertex as usize).copied().unwrap_or(Vec2::ZERO);
+                    let uvs = triangle.map(uv);
+                    add(EmitterShape::Triangle { corners, uvs }, mesh.material_slot(index), index as u32);
+                }
+            }
+            // A shining height field is found by chance alone.
+            _ => {}
+        }
+    }
+}
+
+/// The parts of an object over the shutter interval, in its own space.
+fn parts(object: &Object, times: [f64; 2]) -> Result<Vec<Part>, SceneError> {
+    let one = |geometry: Arc<Geometry>| vec![Part { geometry, transform: [Affine3A::IDENTITY; 2] }];
+    Ok(match &object.form {
+        Form::Mesh(part) => one(part.geometry()),
+        Form::Model(model) => {
+            let posed = model.pose(times).into_iter();
+            posed.map(|p| Part { geometry: p.geometry, transform: p.transform }).collect()
+        }
+        Form::Spheres(spheres, tracer) => {
+            one(Arc::clone(tracer.get_or_init(|| Arc::new(geometry::spheres(spheres)))))
+        }
+        Form::Rectangle => one(Arc::new(geometry::rectangle())),
+        Form::Disk => one(Arc::new(geometry::disk())),
+        Form::Heights(HeightSource::Still(field), tracer) => {
+            one(Arc::clone(tracer.get_or_init(|| Arc::new(geometry::height_field(Arc::clone(field))))))
+        }
+        Form::Heights(source, _) if times[0] == times[1] => one(Arc::new(geometry::height_field(source.at(times[0])?))),
+        Form::Heights(source, _) => {
+            one(Arc::new(geometry::moving_height_field(source.at(times[0])?, source.at(times[1])?)))
+        }
+    })
+}
