@@ -37,6 +37,8 @@ mod metals;
 mod microfacet;
 mod phong;
 mod sampling;
+mod spec;
+pub mod test_kit;
 mod texture;
 
 pub use bsdf::{Bsdf, BsdfSample};
@@ -44,4 +46,5 @@ pub use input::{ColorInput, NormalMap, ScalarInput, SurfaceInput};
 pub use material::{ConductorColor, Material, MaterialKind};
 pub use merl::{AlbedoAt, Lookup, MeasuredBrdf, MeasuredInfo, merl_bytes, write_merl};
 pub use metals::{metal, metal_names};
+pub use spec::SpecError;
 pub use texture::{Texture, UvTransform, Wrap};

@@ -1,8 +1,12 @@
-//! glTF 2.0's metallic-roughness model: f = (1 − F) c_diffuse / π + F D G / (4 cos_o cos_i).
+//! glTF 2.0's metallic-roughness model: f = (1 − F(min(cos_o, cos_i))) c_diffuse / π + F(h) D G / (4 cos_o cos_i).
 //!
 //! Source: glTF 2.0 specification, appendix B.3.5: F₀ = lerp(((n−1)/(n+1))², base colour, metallic),
 //! c_diffuse = (1 − metallic) · base colour, F Schlick's, D GGX with α = roughness², G Smith's (height-correlated).
 //! α is kept at or above 0.001: the model has no delta lobe.
+//!
+//! One departure from the appendix (which is not normative): there the diffuse part is dimmed by F at the half
+//! vector, and near grazing a white surface returns up to 1.15 times the light it gets. Here it is dimmed by F at
+//! the flatter of the two directions: the same straight on, reciprocal, and never more than one.
 //!
 //! `transmission` moves that part of c_diffuse into a ray that goes straight through, as a thin wall does
 //! (`KHR_materials_transmission` without roughness): its weight is base colour · (1 − F(cos_o)).
@@ -62,7 +66,8 @@ impl MetallicRoughness {
         let Some(h) = (wo + wi).try_normalize() else { return (Vec3::ZERO, 0.0) };
         let fresnel = schlick(wo.dot(h), self.normal);
         let lobe = self.facets.density(h) * self.facets.visibility(wo, wi);
-        let value = ((Vec3::ONE - fresnel) * self.diffuse * FRAC_1_PI + fresnel * lobe) * wi.z;
+        let entering = Vec3::ONE - schlick(wo.z.min(wi.z), self.normal);
+        let value = (entering * self.diffuse * FRAC_1_PI + fresnel * lobe) * wi.z;
         (value, surface * self.facets.reflected_pdf(wo, h) + diffuse * cosine_pdf(wi.z))
     }
 

@@ -1,0 +1,161 @@
+//! Pictures on surfaces, and materials from lines of text.
+
+use std::f32::consts::FRAC_PI_2;
+use std::sync::Arc;
+
+use glam::{Vec2, Vec3, Vec4};
+use halflight_image::{ColorSpace, Texels, TextureImage};
+use halflight_material::{
+    ColorInput, Material, MaterialKind, NormalMap, SurfaceInput, Texture, UvTransform, Wrap, metal,
+    metal_names,
+};
+
+/// Red and green above, blue and white below, linear.
+fn checker() -> Texture {
+    let texels = vec![[1.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 1.0], [0.0, 0.0, 1.0, 1.0], [1.0, 1.0, 1.0, 1.0]];
+    Texture::new(Arc::new(TextureImage { width: 2, height: 2, texels: Texels::Floats(texels) }))
+}
+
+#[test]
+fn a_texture_has_its_texels_at_their_centres_and_the_mean_between() {
+    let texture = checker();
+    assert_eq!(texture.sample(Vec2::new(0.25, 0.25)), Vec4::new(1.0, 0.0, 0.0, 1.0));
+    assert_eq!(texture.sample(Vec2::new(0.75, 0.75)), Vec4::ONE);
+    assert_eq!(texture.sample(Vec2::new(0.5, 0.5)), Vec4::new(0.5, 0.5, 0.5, 1.0));
+    assert_eq!(texture.mean(), Vec4::new(0.5, 0.5, 0.5, 1.0));
+}
+
+#[test]
+fn beyond_its_border_a_texture_repeats_stays_or_turns_over() {
+    let mut texture = checker();
+    let red = Vec4::new(1.0, 0.0, 0.0, 1.0);
+    let green = Vec4::new(0.0, 1.0, 0.0, 1.0);
+    assert_eq!(texture.sample(Vec2::new(1.25, -3.75)), red);
+    assert!((texture.sample(Vec2::new(0.0, 0.25)) - (red + green) / 2.0).length() < 1e-6);
+    texture.wrap_u = Wrap::Clamp;
+    assert_eq!(texture.sample(Vec2::new(0.0, 0.25)), red);
+    assert_eq!(texture.sample(Vec2::new(9.0, 0.25)), green);
+    texture.wrap_u = Wrap::Mirror;
+    assert_eq!(texture.sample(Vec2::new(1.25, 0.25)), green);
+    assert_eq!(texture.sample(Vec2::new(2.25, 0.25)), red);
+    assert_eq!(texture.sample(Vec2::new(-0.25, 0.25)), red);
+    for wrap in [Wrap::Repeat, Wrap::Clamp, Wrap::Mirror] {
+        texture.wrap_u = wrap;
+        texture.wrap_v = wrap;
+        for x in [1e30f32, -1e30, f32::MAX, 1e-38, 0.999_999_94, f32::NAN, f32::INFINITY] {
+            assert!(texture.sample(Vec2::new(x, -x)).is_finite());
+        }
+    }
+}
+
+#[test]
+fn coordinates_are_scaled_then_turned_then_moved() {
+    let transform =
+        UvTransform { offset: Vec2::new(0.1, 0.2), rotation: FRAC_PI_2, scale: Vec2::new(2.0, 3.0) };
+    // The rotation of KHR_texture_transform takes (u, v) to (v, −u) at a quarter turn.
+    let found = transform.apply(Vec2::new(0.5, 0.1));
+    assert!((found - Vec2::new(0.3 + 0.1, -1.0 + 0.2)).length() < 1e-6, "{found}");
+}
+
+#[test]
+fn srgb_bytes_are_mixed_in_linear_light() {
+    let texels = Texels::Bytes(vec![[0, 0, 0, 255], [255, 255, 255, 255]], ColorSpace::Srgb);
+    let mut texture = Texture::new(Arc::new(TextureImage { width: 2, height: 1, texels }));
+    texture.wrap_u = Wrap::Clamp;
+    assert!((texture.sample(Vec2::new(0.5, 0.5)).x - 0.5).abs() < 1e-6);
+    let texels = Texels::Bytes(vec![[188, 188, 188, 128]], ColorSpace::Srgb);
+    let found = Texture::new(Arc::new(TextureImage { width: 1, height: 1, texels })).sample(Vec2::ZERO);
+    assert!((found.x - 0.5029).abs() < 1e-3 && (found.w - 128.0 / 255.0).abs() < 1e-6);
+}
+
+#[test]
+fn a_material_takes_its_colour_from_texture_factor_and_vertex() {
+    let texture = Arc::new(checker());
+    let albedo = ColorInput::Textured { texture: texture.clone(), factor: Vec3::splat(0.5) };
+    let mut material = Material::new("tiles", MaterialKind::Diffuse { albedo });
+    let input = SurfaceInput { uv: Vec2::new(0.25, 0.25), color: Vec3::new(0.5, 1.0, 1.0) };
+    assert_eq!(material.bsdf(&input).albedo(), Vec3::new(0.25, 0.0, 0.0));
+    assert!(!material.is_emissive() && material.emitted(&input) == Vec3::ZERO);
+    material.emission = Some(ColorInput::Textured { texture, factor: Vec3::splat(4.0) });
+    assert!(material.is_emissive());
+    assert_eq!(material.emitted(&input), Vec3::new(4.0, 0.0, 0.0));
+    assert_eq!(material.mean_emission(), Vec3::splat(2.0));
+}
+
+#[test]
+fn a_normal_map_bends_the_normal_and_never_below_the_surface() {
+    let map = |texel: [f32; 4]| NormalMap {
+        texture: Arc::new(Texture::new(Arc::new(TextureImage {
+            width: 1,
+            height: 1,
+            texels: Texels::Floats(vec![texel]),
+        }))),
+        scale: 1.0,
+    };
+    assert_eq!(map([0.5, 0.5, 1.0, 1.0]).at(Vec2::ZERO), Vec3::Z);
+    assert!((map([0.8, 0.5, 0.9, 1.0]).at(Vec2::ZERO) - Vec3::new(0.6, 0.0, 0.8)).length() < 1e-6);
+    for bad in [[0.5, 0.5, 0.5, 1.0], [1.0, 0.5, 0.0, 1.0], [0.0; 4]] {
+        assert_eq!(map(bad).at(Vec2::ZERO), Vec3::Z);
+    }
+}
+
+#[test]
+fn gold_is_yellow_copper_is_red_and_silver_is_bright() {
+    let straight_on = |name: &str| {
+        let material = Material::from_spec(&format!("conductor:{name}")).expect("a known metal");
+        material.bsdf(&SurfaceInput::default()).albedo()
+    };
+    let gold = straight_on("gold");
+    assert!(gold.x > 0.9 && (0.6..0.85).contains(&gold.y) && (0.2..0.45).contains(&gold.z), "{gold}");
+    let copper = straight_on("copper");
+    assert!(copper.x > 0.85 && copper.y < 0.7 && copper.z < 0.6, "{copper}");
+    assert!(straight_on("silver").min_element() > 0.85);
+    for name in metal_names() {
+        let (eta, k) = metal(name).expect("listed");
+        assert!(eta.min_element() > 0.0 && k.min_element() > 0.0);
+        assert!(straight_on(name).max_element() <= 1.0);
+    }
+    assert!(metal("aluminum").is_some());
+}
+
+#[test]
+fn every_mistake_in_a_line_is_told_with_what_was_meant() {
+    for (spec, expected) in [
+        ("difuse:0.5", "did you mean diffuse?"),
+        ("conductor:golt", "did you mean gold?"),
+        ("conductor:gold,rougness=0.2", "did you mean roughness?"),
+        ("conductor:gold,roughness=2", "number from 0 to 1"),
+        ("conductor:gold,roughness=nan", "number from 0 to 1"),
+        ("diffuse:1.5", "it would make light"),
+        ("diffuse:-1", "not a colour"),
+        ("diffuse:0.1,0.2", "not a colour"),
+        ("diffuse:inf", "not a colour"),
+        ("diffuse:#12345", "not a colour"),
+        ("diffuse:0.5,,", "between two commas"),
+        ("diffuse:0.5,nearest", "means nothing to diffuse"),
+        ("glass:0", "number from 0.1 to 10"),
+        ("black:0.4", "takes no value"),
+        ("measured", "needs a file"),
+        ("measured:no-such-file.binary", "no such file"),
+        ("", "there is no kind"),
+        ("mirror,shiny", "there is no flag"),
+    ] {
+        let error = Material::from_spec(spec).expect_err(spec).to_string();
+        assert!(error.contains(expected), "{spec}: {error}");
+    }
+}
+
+#[test]
+fn lines_give_the_materials_they_say() {
+    let albedo = |spec: &str| {
+        Material::from_spec(spec).unwrap_or_else(|e| panic!("{e}")).bsdf(&SurfaceInput::default()).albedo()
+    };
+    assert_eq!(albedo("diffuse:0.8,0.2,0.1"), Vec3::new(0.8, 0.2, 0.1));
+    assert_eq!(albedo("diffuse"), Vec3::splat(0.5));
+    assert_eq!(albedo("Diffuse: 0.25"), Vec3::splat(0.25));
+    assert!((albedo("diffuse:#ff0080") - Vec3::new(1.0, 0.0, 0.215_86)).length() < 1e-4);
+    let lamp = Material::from_spec("diffuse:0.5,emission=3,2,1,one-sided").expect("right");
+    assert!(lamp.is_emissive() && !lamp.two_sided);
+    assert_eq!(lamp.mean_emission(), Vec3::new(3.0, 2.0, 1.0));
+    assert_eq!(Material::from_spec("emissive:9").expect("right").mean_emission(), Vec3::splat(9.0));
+}
