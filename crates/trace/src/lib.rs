@@ -24,6 +24,7 @@
 //! assert_eq!(world.surface(&ray, &hit).geometric_normal, Vec3::Z);
 //! ```
 
+pub mod bench;
 mod flat;
 mod geometry;
 mod height_field;

@@ -36,7 +36,7 @@ impl ShearRay {
         let inverse = 1.0 / direction[main];
         ShearRay {
             axes,
-            origin: axes.map(|axis| origin[axis]),
+            origin: [origin[axes[0]], origin[axes[1]], origin[axes[2]]],
             shear: [direction[axes[0]] * inverse, direction[axes[1]] * inverse, inverse],
             time: ray.time.clamp(0.0, 1.0),
         }
@@ -98,11 +98,23 @@ pub(crate) struct Edges<V> {
     pub(crate) inside: u32,
 }
 
+/// p × q in the plane, its products rounded one by one.
+#[inline(always)]
+fn cross<V: Lanes>(p: [V; 2], q: [V; 2]) -> V {
+    p[0].mul(q[1]).sub(p[1].mul(q[0]))
+}
+
+#[inline(always)]
+fn spill<V: Lanes>(value: V) -> [f32; 16] {
+    let mut lanes = [0.0; 16];
+    value.store(&mut lanes);
+    lanes
+}
+
 /// Finds the lanes whose ray passes inside their triangle, given sheared corners.
 #[inline(always)]
 pub(crate) fn edges<V: Lanes>(a: [V; 2], b: [V; 2], c: [V; 2], lanes: u32) -> Edges<V> {
-    let edge = |p: [V; 2], q: [V; 2]| p[0].mul(q[1]).sub(p[1].mul(q[0]));
-    let (mut u, mut v, mut w) = (edge(c, b), edge(a, c), edge(b, a));
+    let (mut u, mut v, mut w) = (cross(c, b), cross(a, c), cross(b, a));
     let least = u.min(v).min(w);
     let most = u.max(v).max(w);
     let none = V::splat(0.0);
@@ -110,11 +122,6 @@ pub(crate) fn edges<V: Lanes>(a: [V; 2], b: [V; 2], c: [V; 2], lanes: u32) -> Ed
     if inside != 0 {
         let zero = (least.eq(none) | most.eq(none)) & inside;
         if zero != 0 {
-            let spill = |value: V| {
-                let mut lanes = [0.0; 16];
-                value.store(&mut lanes);
-                lanes
-            };
             let corners = [spill(a[0]), spill(a[1]), spill(b[0]), spill(b[1]), spill(c[0]), spill(c[1])];
             let (mut us, mut vs, mut ws) = (spill(u), spill(v), spill(w));
             let settled = settle_zeros(zero, corners.each_ref(), [&mut us, &mut vs, &mut ws]);
@@ -125,23 +132,37 @@ pub(crate) fn edges<V: Lanes>(a: [V; 2], b: [V; 2], c: [V; 2], lanes: u32) -> Ed
     Edges { u, v, w, inside }
 }
 
-/// The eight triangles' coordinates on one axis of one corner, at the ray's time.
+/// The eight triangles' coordinates on one axis (0 … 2 in the ray's order) of one corner, at the ray's time and as seen
+/// from its origin.
 #[inline(always)]
-fn coordinates<V: Lanes, const MOVING: bool>(
+fn relative<V: Lanes, const MOVING: bool>(
     block: &Block,
     close: Option<&Corners>,
     corner: usize,
-    axis: usize,
-    time: f32,
+    place: usize,
+    ray: &ShearRay,
 ) -> V {
-    let open = V::load(&block.corners[corner][axis]);
-    match close {
-        Some(close) if MOVING => {
-            let close = V::load(&close[corner][axis]);
-            V::splat(time).mul_add(close, open.mul(V::splat(1.0 - time)))
-        }
-        _ => open,
+    let axis = ray.axes[place];
+    let mut at = V::load(&block.corners[corner][axis]);
+    if let (true, Some(close)) = (MOVING, close) {
+        let close = V::load(&close[corner][axis]);
+        at = V::splat(ray.time).mul_add(close, at.mul(V::splat(1.0 - ray.time)));
     }
+    at.sub(V::splat(ray.origin[place]))
+}
+
+/// One corner of the eight triangles, sheared: x', y', and z.
+#[inline(always)]
+fn sheared<V: Lanes, const MOVING: bool>(
+    block: &Block,
+    close: Option<&Corners>,
+    corner: usize,
+    ray: &ShearRay,
+) -> ([V; 2], V) {
+    let x = relative::<V, MOVING>(block, close, corner, 0, ray);
+    let y = relative::<V, MOVING>(block, close, corner, 1, ray);
+    let z = relative::<V, MOVING>(block, close, corner, 2, ray);
+    ([V::splat(ray.shear[0]).neg_mul_add(z, x), V::splat(ray.shear[1]).neg_mul_add(z, y)], z)
 }
 
 /// Whether a hit replaces the best one: nearer, or as near and of smaller number.
@@ -161,20 +182,14 @@ pub(crate) fn hit_block<V: Lanes, const MOVING: bool, const ANY: bool>(
     near: f32,
     best: &mut LocalHit,
 ) -> bool {
-    let origin = ray.origin.map(V::splat);
-    let shear = ray.shear.map(V::splat);
-    let corner = |number: usize| {
-        let x = coordinates::<V, MOVING>(block, close, number, ray.axes[0], ray.time).sub(origin[0]);
-        let y = coordinates::<V, MOVING>(block, close, number, ray.axes[1], ray.time).sub(origin[1]);
-        let z = coordinates::<V, MOVING>(block, close, number, ray.axes[2], ray.time).sub(origin[2]);
-        ([shear[0].neg_mul_add(z, x), shear[1].neg_mul_add(z, y)], z)
-    };
-    let ((a, az), (b, bz), (c, cz)) = (corner(0), corner(1), corner(2));
+    let (a, az) = sheared::<V, MOVING>(block, close, 0, ray);
+    let (b, bz) = sheared::<V, MOVING>(block, close, 1, ray);
+    let (c, cz) = sheared::<V, MOVING>(block, close, 2, ray);
     let Edges { u, v, w, inside } = edges(a, b, c, 0xff);
     if inside == 0 {
         return false;
     }
-    let (t, scale) = distances(u, v, w, [az, bz, cz], shear[2]);
+    let (t, scale) = distances(u, v, w, [az, bz, cz], V::splat(ray.shear[2]));
     let none = V::splat(0.0);
     // A triangle seen edge-on has U + V + W = 0 and a t that is infinite or NaN: neither passes.
     let mut lanes = inside & none.lt(t) & t.le(V::splat(best.t)) & t.lt(V::splat(f32::INFINITY));

@@ -88,6 +88,12 @@ impl BoxRay {
     }
 }
 
+/// Three values, each in all lanes. (`array::map` would not be inlined, and so not have the instructions.)
+#[inline(always)]
+fn splat3<V: Lanes>(values: [f32; 3]) -> [V; 3] {
+    [V::splat(values[0]), V::splat(values[1]), V::splat(values[2])]
+}
+
 /// The vectors of a [`BoxRay`].
 pub(crate) struct WideBoxRay<V> {
     near_row: [usize; 3],
@@ -104,10 +110,10 @@ impl<V: Lanes> WideBoxRay<V> {
     pub(crate) fn new(ray: &BoxRay) -> Self {
         WideBoxRay {
             near_row: ray.near_row,
-            inverse: ray.inverse.map(V::splat),
-            near_shift: ray.near_shift.map(V::splat),
-            far_inverse: ray.far_inverse.map(V::splat),
-            far_shift: ray.far_shift.map(V::splat),
+            inverse: splat3(ray.inverse),
+            near_shift: splat3(ray.near_shift),
+            far_inverse: splat3(ray.far_inverse),
+            far_shift: splat3(ray.far_shift),
             before: V::splat(1.0 - ray.time),
             time: V::splat(ray.time),
         }
