@@ -58,3 +58,6 @@ pub fn decode_ply(bytes: &[u8], name: &Path) -> Result<Model, LoadError> {
     warnings.extend(flaws.sentences(&title));
     Ok(Model { warnings, ..Model::from_mesh(title, mesh) })
 }
+
+#[cfg(test)]
+mod tests;
