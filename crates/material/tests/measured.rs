@@ -101,16 +101,14 @@ fn the_nearest_look_up_returns_what_was_written_a_degree_or_two_away() {
     for _ in 0..10_000 {
         let (wo, wi) = (upper(&mut random), upper(&mut random));
         if wo.z > 0.5 && wi.z > 0.5 {
-            if (back.reflectance(wo, wi) - f(wo, wi)).abs().max_element() > 0.1 * f(wo, wi).max_element() {
-                eprintln!("DBG {wo} {wi} {} {}", back.reflectance(wo, wi), f(wo, wi));
-            }
             worst = worst
                 .max((back.reflectance(wo, wi) - f(wo, wi)).abs().max_element() / f(wo, wi).max_element());
         }
     }
     // A cell is at most 1° by 1° by 1° in difference angles and 2° in the half angle.
     assert!(worst < 0.12, "{worst}");
-    assert!((back.describe().invalid_fraction - 0.238).abs() < 0.005, "{}", back.describe().invalid_fraction);
+    // The centres of a quarter of the cells lie below the horizon.
+    assert!((back.describe().invalid_fraction - 0.248).abs() < 0.001, "{}", back.describe().invalid_fraction);
 }
 
 #[test]

@@ -30,7 +30,7 @@ pub struct MeasuredInfo {
     pub max: Vec3,
     /// Where the largest stands: θ_h, θ_d, φ_d of the cell's centre, in degrees.
     pub max_at_degrees: [f32; 3],
-    /// The part of the cells that are marked as not measured. 0.238 lie below the horizon in every file.
+    /// The part of the cells that are marked as not measured. About 0.24 lie below the horizon in every file.
     pub invalid_fraction: f64,
     /// The albedo of the diffuse part: π times the median reflectance far from the highlight (θ_h from 40° to 60°,
     /// θ_d below 30°).

@@ -11,10 +11,22 @@
 //! nearness, and the density is the same mixture: what is sampled and what is said agree exactly. Half vectors that
 //! would send light below the surface are lost (they carry density, but no light).
 //!
-//! Cost and benefit stand in `docs` of the crate's tests: `cargo test -p halflight-material --release --test
-//! measured_sampling -- --nocapture` prints the variance of weights of five materials against cosine sampling.
+//! Relative variance of the weights (green, view at 5° / 31° / 61° / 75°), this against cosine sampling, for the
+//! published neural fits of five MERL materials, printed by `cargo test -p halflight-material --test
+//! measured_sampling -- --nocapture`:
 //!
-//! Source: technique of Lawrence et al. 2004 (factored numerical CDFs), with half vectors instead of factors.
+//! | NBRDF fit of | this | cosine |
+//! |---|---|---|
+//! | blue-rubber | 0.002 / 0.005 / 0.017 / 0.027 | 0.005 / 0.03 / 0.9 / 10 |
+//! | gold-paint | 0.008 / 0.012 / 0.019 / 0.024 | 0.5 / 0.6 / 1.7 / 8.5 |
+//! | color-changing-paint3 | 0.026 / 0.043 / 0.069 / 0.079 | 18 / 23 / 190 / 830 |
+//! | red-metallic-paint | 0.065 / 0.072 / 0.14 / 0.18 | 430 / 140 / 1200 / 1000 |
+//! | chrome | 0.084 / 0.088 / 0.094 / 0.097 | 4300 / 2600 / 5700 / 7100 |
+//!
+//! No weight exceeded 1.5. The tables take 0.6 MB and a tenth of a second to build.
+//!
+//! Source: numerically inverted distributions of half vectors as in Lawrence, Rusinkiewicz & Ramamoorthi 2004,
+//! tabulated instead of factored.
 
 use std::f32::consts::{FRAC_2_PI, TAU};
 use std::f64::consts::{FRAC_PI_2, TAU as TAU64};
@@ -27,8 +39,7 @@ use super::grid::{THETA_H, theta_h_at};
 use super::lookup::Table;
 use crate::sampling::{cosine_hemisphere, cosine_pdf, reflect};
 
-/// Views are tabulated at every second degree: halving the step changes the variance of no material by more than
-/// a few percent.
+/// Views are tabulated at every second degree; half vectors see a lobe change slowly with the view.
 const VIEWS: usize = 46;
 /// Cells around: half vectors see the lobe nearly round, and what is left varies slowly.
 const PHI_H: usize = 32;

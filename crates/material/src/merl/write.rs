@@ -2,7 +2,7 @@
 //!
 //! Each cell takes the reflectance at its centre, the mean of both directions of light (for what is reciprocal they
 //! are equal), divided by the scale of its colour; cells whose centre lies below the horizon take −1. Reading the
-//! file back gives the material within the variation over a cell. Half a second for a GGX metal on two cores.
+//! file back gives the material within the variation over a cell. A GGX metal takes 0.6 s on two busy cores.
 
 use std::io::Write;
 use std::path::Path;

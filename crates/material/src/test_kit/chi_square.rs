@@ -119,15 +119,19 @@ pub fn chi_square_of(
             None => lost += 1,
         }
     }
-    // An error of a tenth of a standard deviation in the expectation of a bin changes nothing.
+    // An error of a thirtieth of a standard deviation in the expectation of a bin changes nothing.
     let total = settings.samples as f64;
-    let tolerance = 0.1 / (partition.bins.len() as f64 * total).sqrt();
+    let tolerance = 0.03 / (partition.bins.len() as f64 * total).sqrt();
     let density = |wi: Vec3| f64::from(density(wi));
-    let masses: Vec<f64> = partition.bins.iter().map(|bin| bin.integrate(&density, tolerance)).collect();
-    let integral: f64 = masses.iter().sum();
+    let masses: Vec<(f64, f64)> =
+        partition.bins.iter().map(|bin| bin.integrate(&density, tolerance)).collect();
+    let integral: f64 = masses.iter().map(|(mass, _)| mass).sum();
+    let uncertain: f64 = masses.iter().map(|(_, error)| error).sum();
     let mut pairs: Vec<(f64, f64)> =
-        masses.iter().zip(&counts).map(|(&mass, &count)| (mass * total, count as f64)).collect();
-    pairs.push(((1.0 - integral).max(0.0) * total, lost as f64));
+        masses.iter().zip(&counts).map(|(&(mass, _), &count)| (mass * total, count as f64)).collect();
+    // What is lost has no noise of its own when it is rare: it may be anything that the integrals leave open.
+    let (least, most) = ((1.0 - integral - uncertain) * total, (1.0 - integral + uncertain) * total);
+    pairs.push(((lost as f64).clamp(least, most).max(0.0), lost as f64));
     let (statistic, degrees) = pooled_statistic(pairs);
     ChiSquareReport {
         statistic,
