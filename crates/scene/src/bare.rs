@@ -10,7 +10,9 @@ use halflight_file::LoadError;
 use halflight_material::{Material, MaterialKind};
 
 use crate::SceneError;
-use crate::build::{self, Builder, CameraRig, Form, HeightSource, LightRig, MaterialEntry, Object, Placement};
+use crate::build::{
+    self, Builder, CameraRig, Form, HeightSource, LightRig, MaterialEntry, Object, Placement,
+};
 use crate::camera::FieldOfView;
 use crate::framing::{self, Outline};
 use crate::lights::Environment;
@@ -61,7 +63,11 @@ fn unknown(path: &Path, extension: &str) -> LoadError {
     if path.is_dir() {
         return LoadError::new("scene", path, "this is a folder, not a file").hint("name a file inside it");
     }
-    let found = if extension.is_empty() { "a name without an extension".into() } else { format!("the extension .{extension}") };
+    let found = if extension.is_empty() {
+        "a name without an extension".into()
+    } else {
+        format!("the extension .{extension}")
+    };
     if !path.exists() {
         // The reader tells what is missing, and what is near.
         if let Err(error) = halflight_file::read(path, "scene") {
@@ -94,7 +100,8 @@ fn finish(
 ) -> Result<Scene, SceneError> {
     // Framed over the whole motion, so that nothing leaves the picture.
     let duration = stage.objects.iter().filter_map(Object::duration).fold(0.0, f64::max);
-    let times: Vec<f64> = if duration > 0.0 { (0..9).map(|i| duration * f64::from(i) / 8.0).collect() } else { vec![0.0] };
+    let times: Vec<f64> =
+        if duration > 0.0 { (0..9).map(|i| duration * f64::from(i) / 8.0).collect() } else { vec![0.0] };
     let outline = outline(&stage.objects, &times);
     if stage.ground {
         stage.objects.push(ground(&outline, &mut builder));
@@ -137,8 +144,17 @@ fn ground(outline: &Outline, builder: &mut Builder) -> Object {
     let materials: Arc<[u32]> = Arc::from([builder.add_material(material)]);
     let half = GROUND_RADII * outline.radius();
     let center = outline.center().with_y(outline.bounds().0.y);
-    let place = Affine3A::from_translation(center) * build::facing_up() * Affine3A::from_scale(Vec3::new(half, half, 1.0));
-    Object { name: "ground".into(), form: Form::Rectangle, materials, places: vec![place], track: None, ground: true }
+    let place = Affine3A::from_translation(center)
+        * build::facing_up()
+        * Affine3A::from_scale(Vec3::new(half, half, 1.0));
+    Object {
+        name: "ground".into(),
+        form: Form::Rectangle,
+        materials,
+        places: vec![place],
+        track: None,
+        ground: true,
+    }
 }
 
 /// The lens of bare assets: long enough that nothing looks distorted.
@@ -160,14 +176,18 @@ fn model(path: &Path, material: Option<MaterialEntry>, builder: &mut Builder) ->
             ior: 1.5,
         };
         let plain = model.materials.is_empty();
-        plain.then(|| MaterialEntry { index: builder.add_material(Material::new("clay", clay)), displacement: None })
+        plain.then(|| MaterialEntry {
+            index: builder.add_material(Material::new("clay", clay)),
+            displacement: None,
+        })
     });
     let file = FilePath::direct(path);
     let (form, materials) = builder.place_model(&name, &model, &file, None, (0.0, 1.0, true), material);
     let camera = model.cameras.first();
     let field_of_view = camera.map_or(LENS, |camera| FieldOfView::Vertical(camera.vertical_fov));
     let camera = camera.map(|camera| Placement::Node(Arc::clone(&model), camera.node));
-    let object = Object { name, form, materials, places: vec![Affine3A::IDENTITY], track: None, ground: false };
+    let object =
+        Object { name, form, materials, places: vec![Affine3A::IDENTITY], track: None, ground: false };
     Ok(Stage { objects: vec![object], ground: true, environment: None, camera, field_of_view })
 }
 
@@ -175,7 +195,11 @@ fn heights(path: &Path, material: Option<MaterialEntry>, builder: &mut Builder) 
     let image = halflight_image::load_height(path)?;
     builder.note_file(path);
     if image.filled_voids > 0 {
-        builder.warnings.push(format!("{}: {} voids were filled from their neighbours", path.display(), image.filled_voids));
+        builder.warnings.push(format!(
+            "{}: {} voids were filled from their neighbours",
+            path.display(),
+            image.filled_voids
+        ));
     }
     let (min, max, scale, offset) = build::relief(&image);
     if image.metres_per_pixel.is_some() && scale > 1.0 {
@@ -199,7 +223,13 @@ fn heights(path: &Path, material: Option<MaterialEntry>, builder: &mut Builder) 
         ground: false,
     };
     let sky = build::sky_of(24.0, -75.0);
-    Ok(Stage { objects: vec![object], ground: false, environment: Some(sky), camera: None, field_of_view: LENS })
+    Ok(Stage {
+        objects: vec![object],
+        ground: false,
+        environment: Some(sky),
+        camera: None,
+        field_of_view: LENS,
+    })
 }
 
 /// Three balls that show what an environment does: a mirror, dull white, and gold.

@@ -170,7 +170,13 @@ impl fmt::Display for Description {
         let size = high - low;
         writeln!(f, "  picture    {} × {} pixels", self.size[0], self.size[1])?;
         writeln!(f, "  extent     {} × {} × {} m, from {low} to {high}", size.x, size.y, size.z)?;
-        writeln!(f, "  contents   {} triangles, {} spheres, {} shapes", self.triangles, self.spheres, self.shapes.len())?;
+        writeln!(
+            f,
+            "  contents   {} triangles, {} spheres, {} shapes",
+            self.triangles,
+            self.spheres,
+            self.shapes.len()
+        )?;
         for (name, what, copies) in self.shapes.iter().take(MANY) {
             let copies = if *copies == 1 { String::new() } else { format!(", {copies} copies") };
             writeln!(f, "    {name}: {what}{copies}")?;
@@ -178,7 +184,8 @@ impl fmt::Display for Description {
         if self.shapes.len() > MANY {
             writeln!(f, "    … and {} more", self.shapes.len() - MANY)?;
         }
-        let kinds: Vec<String> = self.materials.iter().map(|(kind, count)| format!("{count} {kind}")).collect();
+        let kinds: Vec<String> =
+            self.materials.iter().map(|(kind, count)| format!("{count} {kind}")).collect();
         writeln!(f, "  materials  {}", if kinds.is_empty() { "none".into() } else { kinds.join(", ") })?;
         let lights = if self.lights.is_empty() { "none".into() } else { self.lights.join(", ") };
         writeln!(f, "  lights     {lights}")?;

@@ -184,7 +184,9 @@ fn parts(object: &Object, times: [f64; 2]) -> Result<Vec<Part>, SceneError> {
         Form::Heights(HeightSource::Still(field), tracer) => {
             one(Arc::clone(tracer.get_or_init(|| Arc::new(geometry::height_field(Arc::clone(field))))))
         }
-        Form::Heights(source, _) if times[0] == times[1] => one(Arc::new(geometry::height_field(source.at(times[0])?))),
+        Form::Heights(source, _) if times[0] == times[1] => {
+            one(Arc::new(geometry::height_field(source.at(times[0])?)))
+        }
         Form::Heights(source, _) => {
             one(Arc::new(geometry::moving_height_field(source.at(times[0])?, source.at(times[1])?)))
         }

@@ -121,7 +121,8 @@ mod tests {
     fn everything_is_in_the_picture_and_fills_it_at_any_scale() {
         for scale in [1e-3, 1.0, 1e5] {
             for aspect in [0.5, 16.0 / 9.0] {
-                let corner = |i: usize| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32 * 3.0, (i >> 2) as f32 * 0.5);
+                let corner =
+                    |i: usize| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32 * 3.0, (i >> 2) as f32 * 0.5);
                 let outline = Outline::new((0..8).map(|i| scale * (corner(i) + Vec3::splat(7.0))).collect());
                 let points = seen(&outline, aspect);
                 let widest = points.iter().map(|p| p.abs().max_element()).fold(0.0, f32::max);

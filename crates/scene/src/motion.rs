@@ -108,7 +108,9 @@ mod tests {
     #[test]
     fn a_motion_passes_through_its_keyframes_and_holds_its_ends() {
         let track = track(Ease::Hold);
-        for (time, x, turn) in [(-1.0, 0.0, 0.0), (0.0, 0.0, 0.0), (1.0, 2.0, 0.5), (2.0, 4.0, 1.0), (9.0, 0.0, 0.0)] {
+        for (time, x, turn) in
+            [(-1.0, 0.0, 0.0), (0.0, 0.0, 0.0), (1.0, 2.0, 0.5), (2.0, 4.0, 1.0), (9.0, 0.0, 0.0)]
+        {
             let [open, _] = track.over([time; 2]);
             let wanted = Affine3A::from_rotation_translation(Quat::from_rotation_y(turn), Vec3::X * x);
             assert!(open.abs_diff_eq(wanted, 1e-5), "{time}: {open:?}");

@@ -80,7 +80,8 @@ impl Scene {
         let bytes = halflight_file::read(path, "scene")?;
         let text = String::from_utf8(bytes).map_err(|error| {
             let at = error.utf8_error().valid_up_to() as u64;
-            halflight_file::LoadError::new("scene", path, "this is not UTF-8 text").at(halflight_file::Place::Byte(at))
+            halflight_file::LoadError::new("scene", path, "this is not UTF-8 text")
+                .at(halflight_file::Place::Byte(at))
         })?;
         let source = Source::file(path, text);
         let mut table = Table::parse(&source)?;
@@ -100,7 +101,12 @@ impl Scene {
     }
 
     /// Builds what a table describes.
-    pub(crate) fn build(name: String, table: &Table, options: &LoadOptions, said: String) -> Result<Self, SceneError> {
+    pub(crate) fn build(
+        name: String,
+        table: &Table,
+        options: &LoadOptions,
+        said: String,
+    ) -> Result<Self, SceneError> {
         let spec = spec::read_spec(table)?;
         let mut builder = Builder::default();
         if let Some(text) = &options.material {
@@ -117,7 +123,10 @@ impl Scene {
             Some(environment) => build::environment(environment, &mut builder),
             None => {
                 let lit = !deltas.is_empty()
-                    || objects.iter().flat_map(|o| o.materials.iter()).any(|&m| builder.materials[m as usize].is_emissive());
+                    || objects
+                        .iter()
+                        .flat_map(|o| o.materials.iter())
+                        .any(|&m| builder.materials[m as usize].is_emissive());
                 (!lit).then(studio)
             }
         };

@@ -69,7 +69,11 @@ impl CameraRig {
             pose,
             field_of_view: self.field_of_view,
             aperture_radius: self.aperture_radius,
-            focus_distance: if focus_distance > 0.0 && focus_distance.is_finite() { focus_distance } else { 1.0 },
+            focus_distance: if focus_distance > 0.0 && focus_distance.is_finite() {
+                focus_distance
+            } else {
+                1.0
+            },
         }
     }
 
@@ -121,7 +125,12 @@ fn look_points(keys: &[(f64, Vec3, Vec3)], time: f64) -> (Vec3, Vec3) {
 
 impl Builder {
     /// The camera that a scene file asks for; what it leaves open is framed so that the outline fits.
-    pub(crate) fn camera(&mut self, spec: Option<&CameraSpec>, outline: &Outline, size: [u32; 2]) -> CameraRig {
+    pub(crate) fn camera(
+        &mut self,
+        spec: Option<&CameraSpec>,
+        outline: &Outline,
+        size: [u32; 2],
+    ) -> CameraRig {
         let aspect = size[0] as f32 / size[1] as f32;
         let Some(spec) = spec else {
             let (origin, target) = framing::frame(outline, default_lens(), aspect, None);
@@ -147,7 +156,9 @@ impl Builder {
         let shutter = spec.shutter.value.map(f64::from);
         if shutter[1] < shutter[0] {
             let message = "a shutter cannot close before it opens";
-            self.reader.report(Problem::new(&spec.shutter.origin, message).help("write [opens, closes], in seconds"));
+            self.reader.report(
+                Problem::new(&spec.shutter.origin, message).help("write [opens, closes], in seconds"),
+            );
         }
         if spec.up.value == Vec3::ZERO {
             self.reader.report(Problem::new(&spec.up.origin, "`up` must have a length above 0"));
@@ -170,7 +181,13 @@ impl Builder {
         }
     }
 
-    fn placement(&mut self, spec: &CameraSpec, outline: &Outline, lens: FieldOfView, aspect: f32) -> Placement {
+    fn placement(
+        &mut self,
+        spec: &CameraSpec,
+        outline: &Outline,
+        lens: FieldOfView,
+        aspect: f32,
+    ) -> Placement {
         if let Some(transform) = &spec.transform {
             if spec.origin.is_some() || spec.target.is_some() || !spec.keyframes.is_empty() {
                 let message = "a camera is placed by `transform`, or by `origin` and `target`, not by both";
@@ -192,13 +209,18 @@ impl Builder {
         let keys = if spec.keyframes.is_empty() {
             vec![(0.0, origin, target)]
         } else {
-            let key = |key: &crate::spec::CameraKey| (key.time, key.origin.unwrap_or(origin), key.target.unwrap_or(target));
+            let key = |key: &crate::spec::CameraKey| {
+                (key.time, key.origin.unwrap_or(origin), key.target.unwrap_or(target))
+            };
             spec.keyframes.iter().map(|at| key(&at.value)).collect()
         };
         if let Some((_, origin, _)) = keys.iter().find(|(_, origin, target)| origin == target) {
             let nowhere = crate::schema::Origin::nowhere();
             let at = spec.keyframes.first().map_or(&nowhere, |key| &key.origin);
-            self.reader.report(Problem::new(at, format!("the camera stands at {origin} and looks at the same point")));
+            self.reader.report(Problem::new(
+                at,
+                format!("the camera stands at {origin} and looks at the same point"),
+            ));
         }
         Placement::LookAt { keys, up: spec.up.value }
     }

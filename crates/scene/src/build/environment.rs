@@ -43,7 +43,8 @@ pub(crate) fn studio() -> Environment {
 
 /// The built-in sky with its sun at a place, in degrees.
 pub(crate) fn sky_of(elevation: f32, azimuth: f32) -> Environment {
-    let sky = Sky { sun_elevation: elevation.to_radians(), sun_azimuth: azimuth.to_radians(), ..Sky::default() };
+    let sky =
+        Sky { sun_elevation: elevation.to_radians(), sun_azimuth: azimuth.to_radians(), ..Sky::default() };
     Environment { map: Arc::new(EnvironmentMap::new(sky.bake())), rotation: 0.0, intensity: Vec3::ONE }
 }
 
@@ -56,7 +57,11 @@ pub(crate) fn environment_image(path: &Path, builder: &mut Builder) -> Result<En
 }
 
 /// The map of a picture, if it has pixels; negative radiance is taken as none.
-fn checked(mut image: RgbImage, path: &Path, warnings: &mut Vec<String>) -> Result<Arc<EnvironmentMap>, LoadError> {
+fn checked(
+    mut image: RgbImage,
+    path: &Path,
+    warnings: &mut Vec<String>,
+) -> Result<Arc<EnvironmentMap>, LoadError> {
     if image.width == 0 || image.height == 0 {
         return Err(LoadError::new("environment map", path, "a picture without pixels"));
     }

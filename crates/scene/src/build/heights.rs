@@ -7,7 +7,8 @@ use glam::Vec2;
 use halflight_file::LoadError;
 use halflight_image::{HeightImage, Plane, load_height};
 use halflight_shape::procedural::{
-    BumpPath, FractalTerrain, MovingBump, Ocean, OceanSettings, OceanSpectrum, ProceduralHeight, SineTerm, SumOfSines,
+    BumpPath, FractalTerrain, MovingBump, Ocean, OceanSettings, OceanSpectrum, ProceduralHeight, SineTerm,
+    SumOfSines,
 };
 use halflight_shape::{HeightField, HeightFieldError};
 
@@ -91,7 +92,10 @@ impl Sequence {
         let plane = load_height(path)?.plane;
         if [plane.width, plane.height] != self.size {
             let [width, height] = self.size;
-            let found = format!("{} × {} posts, where the first picture has {width} × {height}", plane.width, plane.height);
+            let found = format!(
+                "{} × {} posts, where the first picture has {width} × {height}",
+                plane.width, plane.height
+            );
             return Err(LoadError::new("picture of heights", path, found));
         }
         let plane = Arc::new(plane);
@@ -113,7 +117,8 @@ impl Builder {
             HeightKind::Image(image) => {
                 let loaded = self.height_image(&image.file)?;
                 let (min, max) = extent_of(&loaded, spec.extent);
-                let field = HeightField::from_plane(&loaded.plane, min, max, image.height_scale, image.height_offset);
+                let field =
+                    HeightField::from_plane(&loaded.plane, min, max, image.height_scale, image.height_offset);
                 return match field {
                     Ok(field) => Some(HeightSource::Still(Arc::new(field.with_smooth(smooth)))),
                     Err(error) => self.impossible(&image.file.origin, &error),
@@ -124,7 +129,13 @@ impl Builder {
                 let first = FilePath { origin: sequence.files.origin.clone(), path: files[0].clone() };
                 let loaded = self.height_image(&first)?;
                 let (min, max) = extent_of(&loaded, spec.extent);
-                let field = HeightField::from_plane(&loaded.plane, min, max, sequence.height_scale, sequence.height_offset);
+                let field = HeightField::from_plane(
+                    &loaded.plane,
+                    min,
+                    max,
+                    sequence.height_scale,
+                    sequence.height_offset,
+                );
                 if let Err(error) = field {
                     return self.impossible(&sequence.files.origin, &error);
                 }
@@ -173,7 +184,9 @@ impl Builder {
             }
             HeightKind::MovingBump(s) => {
                 let path = match s.circle_radius {
-                    Some(radius) => BumpPath::Circle { center: Vec2::ZERO, radius, period_seconds: s.period_seconds },
+                    Some(radius) => {
+                        BumpPath::Circle { center: Vec2::ZERO, radius, period_seconds: s.period_seconds }
+                    }
                     None if s.path.is_empty() => BumpPath::Polyline { points: vec![Vec2::ZERO], speed: 0.0 },
                     None => BumpPath::Polyline { points: s.path.clone(), speed: s.speed },
                 };
@@ -224,8 +237,10 @@ impl Builder {
     /// The files of a numbered sequence; all must be there.
     fn sequence_files(&mut self, pattern: &At<String>, first: u32, count: u32) -> Option<Vec<PathBuf>> {
         let Some(start) = pattern.find('#') else {
-            let problem = Problem::new(&pattern.origin, "expected `#` where the number of the picture stands");
-            self.reader.report(problem.help("as in \"height.####.exr\", for height.0000.exr, height.0001.exr …"));
+            let problem =
+                Problem::new(&pattern.origin, "expected `#` where the number of the picture stands");
+            self.reader
+                .report(problem.help("as in \"height.####.exr\", for height.0000.exr, height.0001.exr …"));
             return None;
         };
         let digits = pattern[start..].chars().take_while(|&c| c == '#').count();
@@ -235,8 +250,11 @@ impl Builder {
             let name = format!("{before}{number:0digits$}{after}");
             let file = FilePath::named(&name, &pattern.origin);
             if !file.path.is_file() {
-                let problem = Problem::new(&pattern.origin, format!("there is no picture {}", file.path.display()));
-                self.reader.report(problem.help(format!("the sequence needs {count} pictures from number {first} on")));
+                let problem =
+                    Problem::new(&pattern.origin, format!("there is no picture {}", file.path.display()));
+                self.reader.report(
+                    problem.help(format!("the sequence needs {count} pictures from number {first} on")),
+                );
                 return None;
             }
             files.push(file.path);

@@ -22,31 +22,55 @@ impl Builder {
     pub(crate) fn lights(&mut self, lights: &[At<LightSpec>]) -> (Vec<DeltaLight>, Vec<Object>) {
         let (mut deltas, mut objects) = (Vec::new(), Vec::new());
         for (index, light) in lights.iter().enumerate() {
-            let name = light.common.name.as_ref().map_or_else(|| format!("light {}", index + 1), |n| n.value.clone());
+            let name = light
+                .common
+                .name
+                .as_ref()
+                .map_or_else(|| format!("light {}", index + 1), |n| n.value.clone());
             let (form, place, radiance, two_sided) = match &light.kind {
                 LightKind::Point(point) => {
-                    deltas.push(DeltaLight::Point { position: [point.position; 2], intensity: point.intensity.0 });
+                    deltas.push(DeltaLight::Point {
+                        position: [point.position; 2],
+                        intensity: point.intensity.0,
+                    });
                     continue;
                 }
                 LightKind::Directional(sun) => {
                     match sun.direction.try_normalize() {
-                        Some(direction) => deltas
-                            .push(DeltaLight::Directional { towards: -direction, irradiance: sun.irradiance.0 }),
-                        None => self.reader.report(Problem::new(&sun.direction.origin, "this direction points nowhere")),
+                        Some(direction) => deltas.push(DeltaLight::Directional {
+                            towards: -direction,
+                            irradiance: sun.irradiance.0,
+                        }),
+                        None => self
+                            .reader
+                            .report(Problem::new(&sun.direction.origin, "this direction points nowhere")),
                     }
                     continue;
                 }
                 LightKind::Rectangle(s) => {
                     let scale = Vec3::new(0.5 * s.size.x, 0.5 * s.size.y, 1.0);
-                    (Form::Rectangle, self.facing(s.position, &s.target) * Affine3A::from_scale(scale), &s.radiance, s.two_sided)
+                    (
+                        Form::Rectangle,
+                        self.facing(s.position, &s.target) * Affine3A::from_scale(scale),
+                        &s.radiance,
+                        s.two_sided,
+                    )
                 }
                 LightKind::Disk(s) => {
                     let scale = Vec3::new(s.radius, s.radius, 1.0);
-                    (Form::Disk, self.facing(s.position, &s.target) * Affine3A::from_scale(scale), &s.radiance, s.two_sided)
+                    (
+                        Form::Disk,
+                        self.facing(s.position, &s.target) * Affine3A::from_scale(scale),
+                        &s.radiance,
+                        s.two_sided,
+                    )
                 }
-                LightKind::Sphere(s) => {
-                    (Form::Spheres(vec![(s.position, s.radius)], OnceLock::new()), Affine3A::IDENTITY, &s.radiance, false)
-                }
+                LightKind::Sphere(s) => (
+                    Form::Spheres(vec![(s.position, s.radius)], OnceLock::new()),
+                    Affine3A::IDENTITY,
+                    &s.radiance,
+                    false,
+                ),
             };
             let emission: ColorInput = self.color(radiance);
             let material = Material {

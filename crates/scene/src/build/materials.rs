@@ -7,8 +7,8 @@ use glam::Vec3;
 use halflight_file::LoadError;
 use halflight_image::ColorSpace;
 use halflight_material::{
-    ColorInput, ConductorColor, Lookup, Material, MaterialKind, MeasuredBrdf, NormalMap, ScalarInput, Texture,
-    UvTransform, Wrap,
+    ColorInput, ConductorColor, Lookup, Material, MaterialKind, MeasuredBrdf, NormalMap, ScalarInput,
+    Texture, UvTransform, Wrap,
 };
 
 use super::{Builder, Displacement, MaterialEntry};
@@ -34,13 +34,18 @@ impl Builder {
     }
 
     /// The material that a shape refers to, if it refers to one.
-    pub(crate) fn referred(&mut self, reference: Option<&MaterialReference>, of: &str) -> Option<MaterialEntry> {
+    pub(crate) fn referred(
+        &mut self,
+        reference: Option<&MaterialReference>,
+        of: &str,
+    ) -> Option<MaterialEntry> {
         match reference? {
             MaterialReference::Inline(spec) => Some(self.material_entry(of, spec)),
             MaterialReference::Named(name) => {
                 let found = self.named.get(&name.value).cloned();
                 if found.is_none() {
-                    let problem = Problem::new(&name.origin, format!("there is no material `{}`", name.value));
+                    let problem =
+                        Problem::new(&name.origin, format!("there is no material `{}`", name.value));
                     let mut names: Vec<&str> = self.named.keys().map(String::as_str).collect();
                     names.sort_unstable();
                     let problem = if names.is_empty() {
@@ -118,7 +123,10 @@ impl Builder {
         if given.iter().filter(|&&g| g).count() > 1 {
             let origin = spec.eta.as_ref().or(spec.k.as_ref()).map(|x| x.origin.clone());
             let origin = origin.unwrap_or_else(Origin::nowhere);
-            let problem = Problem::new(&origin, "a conductor has a `color`, a `metal`, or `eta` and `k`, but only one of these");
+            let problem = Problem::new(
+                &origin,
+                "a conductor has a `color`, a `metal`, or `eta` and `k`, but only one of these",
+            );
             self.reader.report(problem);
         }
         match (&spec.color, &spec.metal, &spec.eta, &spec.k) {
@@ -126,7 +134,8 @@ impl Builder {
             (_, Some(metal), ..) => ConductorColor::Complex { eta: metal.eta, k: metal.k },
             (_, _, Some(eta), Some(k)) => ConductorColor::Complex { eta: eta.value.0, k: k.value.0 },
             (_, _, Some(alone), None) | (_, _, None, Some(alone)) => {
-                self.reader.report(Problem::new(&alone.origin, "`eta` and `k` go together; one of them is missing"));
+                self.reader
+                    .report(Problem::new(&alone.origin, "`eta` and `k` go together; one of them is missing"));
                 ConductorColor::Normal(Vec3::splat(0.9).into())
             }
             _ => ConductorColor::Normal(Vec3::splat(0.9).into()),
@@ -299,8 +308,10 @@ mod tests {
 
     #[test]
     fn a_mistaken_material_text_is_told_with_the_nearest_word() {
-        for (text, hint) in [("difuse", "`diffuse`"), ("phong exponnent=4", "`exponent`"), ("", "not a type")] {
-            let error = material_from_text(text, &mut Builder::default()).err().expect("the text is no material");
+        for (text, hint) in [("difuse", "`diffuse`"), ("phong exponnent=4", "`exponent`"), ("", "not a type")]
+        {
+            let error =
+                material_from_text(text, &mut Builder::default()).err().expect("the text is no material");
             assert!(error.to_string().contains(hint), "{error}");
         }
     }

@@ -52,7 +52,9 @@ impl Finish {
                 mesh.normals.clear();
                 mesh.tangents.clear();
             }
-            Some(Shading::Smooth) if result.normals.is_empty() => Arc::make_mut(&mut result).compute_smooth_normals(),
+            Some(Shading::Smooth) if result.normals.is_empty() => {
+                Arc::make_mut(&mut result).compute_smooth_normals()
+            }
             _ => {}
         }
         if self.tangents && result.tangents.is_empty() && !result.uvs.is_empty() {

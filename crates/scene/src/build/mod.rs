@@ -28,8 +28,8 @@ pub(crate) use camera::{CameraRig, Placement};
 pub(crate) use environment::{environment, environment_image, sky_of, studio};
 pub(crate) use heights::{HeightSource, relief};
 pub(crate) use lights::LightRig;
-pub(crate) use materials::material_from_text;
 use materials::default_material;
+pub(crate) use materials::material_from_text;
 pub(crate) use meshes::{MeshPart, ModelShape};
 pub(crate) use shapes::{Form, Object, facing_up};
 

@@ -6,7 +6,9 @@ use std::sync::Arc;
 use glam::{Affine2, Vec3};
 use halflight_file::LoadError;
 use halflight_image::{ColorSpace, TextureImage};
-use halflight_material::{ColorInput, Material, MaterialKind, NormalMap, ScalarInput, Texture, UvTransform, Wrap};
+use halflight_material::{
+    ColorInput, Material, MaterialKind, NormalMap, ScalarInput, Texture, UvTransform, Wrap,
+};
 use halflight_shape::{AlphaMode, Model, ModelImage, ModelMaterial, ModelTexture};
 
 use super::Builder;
@@ -46,8 +48,8 @@ impl Builder {
         let base = texture(self, &material.base_color_texture, ColorSpace::Srgb);
         let base_color = color(base, material.base_color.truncate().clamp(Vec3::ZERO, Vec3::ONE));
         let emissive = texture(self, &material.emissive_texture, ColorSpace::Srgb);
-        let mut emission =
-            (material.emissive.max_element() > 0.0).then(|| color(emissive, material.emissive.max(Vec3::ZERO)));
+        let mut emission = (material.emissive.max_element() > 0.0)
+            .then(|| color(emissive, material.emissive.max(Vec3::ZERO)));
         let surface = texture(self, &material.metallic_roughness_texture, ColorSpace::Linear);
         let scalar = |channel: usize, factor: f32| match &surface {
             Some(texture) => ScalarInput::Textured { texture: Arc::clone(texture), channel, factor },
@@ -81,7 +83,8 @@ impl Builder {
                 let texture = texture(self, &material.bump_texture, ColorSpace::Linear)?;
                 // Exporters store normal maps under the name of bump maps; those are mostly light blue.
                 let mean = texture.mean();
-                let is_normal_map = mean.z > 0.75 && (mean.x - 0.5).abs() < 0.15 && (mean.y - 0.5).abs() < 0.15;
+                let is_normal_map =
+                    mean.z > 0.75 && (mean.x - 0.5).abs() < 0.15 && (mean.y - 0.5).abs() < 0.15;
                 is_normal_map.then_some(NormalMap { texture, scale: 1.0 })
             });
         // Faces that are not two-sided are culled by viewers; here their backs would be black, which helps no one.

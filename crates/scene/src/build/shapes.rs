@@ -60,7 +60,8 @@ impl Builder {
             if let Some(first) = names.iter().find(|known| known.value == name.value) {
                 let (line, _) = first.origin.line_column();
                 let message = format!("there is another shape `{}`, in line {line}", name.value);
-                self.reader.report(Problem::new(&name.origin, message).help("give each shape a name of its own"));
+                self.reader
+                    .report(Problem::new(&name.origin, message).help("give each shape a name of its own"));
             }
             names.push(name);
         }
@@ -69,7 +70,8 @@ impl Builder {
 
     fn shape(&mut self, index: usize, shape: &ShapeSpec) -> Option<Object> {
         let common = &shape.common;
-        let name = common.name.as_ref().map_or_else(|| format!("shape {}", index + 1), |name| name.value.clone());
+        let name =
+            common.name.as_ref().map_or_else(|| format!("shape {}", index + 1), |name| name.value.clone());
         let material = self.referred(common.material.as_ref(), &name);
         let placed = self.transform(common.transform.as_ref());
         let places = if common.instances.is_empty() {
@@ -91,7 +93,10 @@ impl Builder {
         let (form, materials, local, ground) = self.form(&name, shape, material)?;
         let places: Vec<Affine3A> = places.into_iter().map(|place| place * local).collect();
         if places.iter().any(|place| !place.is_finite()) {
-            self.reader.report(Problem::new(&shape.origin, "the transforms of this shape leave the range of numbers"));
+            self.reader.report(Problem::new(
+                &shape.origin,
+                "the transforms of this shape leave the range of numbers",
+            ));
             return None;
         }
         Some(Object { name, form, materials, places, track, ground })
@@ -155,10 +160,13 @@ impl Builder {
                     self.reader.report(Problem::new(&spec.spheres.origin, message));
                     return None;
                 }
-                let spheres = spec.spheres.iter().map(|&[x, y, z, radius]| (Vec3::new(x, y, z), radius)).collect();
+                let spheres =
+                    spec.spheres.iter().map(|&[x, y, z, radius]| (Vec3::new(x, y, z), radius)).collect();
                 (Form::Spheres(spheres, OnceLock::new()), one(self), still, false)
             }
-            ShapeKind::Rectangle(spec) => (Form::Rectangle, one(self), scaled(0.5 * spec.size.x, 0.5 * spec.size.y), false),
+            ShapeKind::Rectangle(spec) => {
+                (Form::Rectangle, one(self), scaled(0.5 * spec.size.x, 0.5 * spec.size.y), false)
+            }
             ShapeKind::Disk(spec) => (Form::Disk, one(self), scaled(spec.radius, spec.radius), false),
             ShapeKind::Plane(spec) => {
                 let up = Affine3A::from_translation(Vec3::Y * spec.y) * facing_up();
@@ -251,7 +259,9 @@ impl Builder {
         for (origin, count, what) in counts.into_iter().flatten() {
             if count != vertices {
                 let message = format!("{count} {what} for {vertices} positions");
-                self.reader.report(Problem::new(origin, message).help("write one for each position, or none at all"));
+                self.reader.report(
+                    Problem::new(origin, message).help("write one for each position, or none at all"),
+                );
                 return None;
             }
         }
@@ -311,12 +321,17 @@ impl Form {
                 let around = [Vec3::X, Vec3::Y, Vec3::Z, Vec3::NEG_X, Vec3::NEG_Y, Vec3::NEG_Z];
                 let corners = around.into_iter().chain(diagonals());
                 let corners: Vec<Vec3> = corners.collect();
-                spheres.iter().flat_map(|&(c, r)| corners.iter().map(move |&d| c + r * d).collect::<Vec<_>>()).collect()
+                spheres
+                    .iter()
+                    .flat_map(|&(c, r)| corners.iter().map(move |&d| c + r * d).collect::<Vec<_>>())
+                    .collect()
             }
-            Self::Rectangle | Self::Disk => {
-                [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|p| Vec2::from(p).extend(0.0)).to_vec()
+            Self::Rectangle | Self::Disk => [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
+                .map(|p| Vec2::from(p).extend(0.0))
+                .to_vec(),
+            Self::Heights(source, _) => {
+                source.at(time).map(|field| geometry::outline(&field)).unwrap_or_default()
             }
-            Self::Heights(source, _) => source.at(time).map(|field| geometry::outline(&field)).unwrap_or_default(),
         }
     }
 

@@ -22,15 +22,15 @@ pub use material::{
     NormalMapSpec, NormalMapTable, PhongSpec, ScalarSetting, SpaceName, TextureSpec, WrapName,
 };
 pub use shape::{
-    BoxSpec, DiskSpec, GeneratedName, GeneratedSpec, HeightFieldSpec, MaterialReference, MeshSpec, PlaneSpec, RectangleSpec,
-    Shading, ShapeCommon, ShapeKind, ShapeSpec, SphereSpec, SpheresSpec, TrianglesSpec,
+    BoxSpec, DiskSpec, GeneratedName, GeneratedSpec, HeightFieldSpec, HeightsSpec, MaterialReference, MeshSpec, PlaneSpec,
+    RectangleSpec, Shading, ShapeCommon, ShapeKind, ShapeSpec, SphereSpec, SpheresSpec, TrianglesSpec,
 };
-pub use transform::{Ease, Rotation, Scale, TransformKey, TransformSpec};
+pub use transform::{AxisAngle, Ease, MatrixRows, Rotation, Scale, TransformKey, TransformSpec};
 
 pub(crate) use material::{measured, plain};
 
 use crate::record;
-use crate::schema::{At, Docs, Entry, Kind, Problem, ReadValue, Reader, Record, Table, Value};
+use crate::schema::{At, Docs, Entry, Kind, Problem, ReadValue, Reader, Table, Value};
 
 record! {
     /// The tables at the top of a scene file. Paths are relative to the scene file; lengths are metres, times seconds,
@@ -176,9 +176,4 @@ its place counted from 0).
 /// Reads a scene file's table.
 pub(crate) fn read_spec(table: &Table) -> Result<SceneSpec, crate::schema::Problems> {
     crate::schema::read::<SceneSpec>(table)
-}
-
-/// The tables that stand at the top of a scene file.
-pub(crate) fn top_keys() -> &'static [&'static str] {
-    <SceneSpec as Record>::keys()
 }

@@ -191,14 +191,14 @@ record! {
 }
 
 /// Where the heights come from, as a value.
-pub type HeightSource = Tagged<NoKeys, HeightKind>;
+pub type HeightsSpec = Tagged<NoKeys, HeightKind>;
 
 record! {
     /// A height field.
     pub struct HeightFieldSpec, "height-field" {
         /// Where the heights come from; see [heights](#heights).
         #[example = "{ type = \"fractal\", seed = 7 }"]
-        heights: HeightSource,
+        heights: HeightsSpec,
         /// Sizes along x and z, about the origin. Without it: as the file says (GeoTIFF), else 1 metre per post for pictures and 10 × 10 otherwise.
         #[unit = "metres"]
         #[example = "[12, 12]"]
