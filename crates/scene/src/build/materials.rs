@@ -310,8 +310,9 @@ mod tests {
     fn a_mistaken_material_text_is_told_with_the_nearest_word() {
         for (text, hint) in [("difuse", "`diffuse`"), ("phong exponnent=4", "`exponent`"), ("", "not a type")]
         {
-            let error =
-                material_from_text(text, &mut Builder::default()).err().expect("the text is no material");
+            let Err(error) = material_from_text(text, &mut Builder::default()) else {
+                panic!("{text:?} is no material");
+            };
             assert!(error.to_string().contains(hint), "{error}");
         }
     }
