@@ -1,4 +1,19 @@
-//! Geometry.
+//! Geometry: what scenes are made of, before any ray sees it.
+//!
+//! - [`TriangleMesh`]: triangles, their attributes, and what is done to them (normals, tangents, subdivision,
+//!   displacement).
+//! - [`load_model`]: PLY, OBJ and glTF files as a [`Model`]: nodes, meshes, materials, skins, animations.
+//!   [`Model::pose`] gives its meshes at one time.
+//! - [`HeightField`]: heights over a grid.
+//! - [`procedural`]: shapes made by formulas.
+//!
+//! ```no_run
+//! let model = halflight_shape::load_model("robot.glb".as_ref())?;
+//! for part in model.pose(0.5) {
+//!     println!("{} triangles at {}", part.mesh.triangles.len(), part.transform.translation);
+//! }
+//! # Ok::<(), halflight_file::LoadError>(())
+//! ```
 
 mod formats;
 mod height_field;

@@ -1,6 +1,9 @@
 //! The animated models at hand, against a slow reference in f64 that reads the files on its own.
 
+use std::cell::RefCell;
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 
 use glam::{DMat4, DQuat, DVec3, DVec4};
 use halflight_shape::load_model;
@@ -19,6 +22,8 @@ fn data(name: &str) -> Option<PathBuf> {
 struct Reference {
     json: Value,
     binary: Vec<u8>,
+    /// Accessors that were read before.
+    known: RefCell<HashMap<u64, Rc<Vec<f64>>>>,
 }
 
 impl Reference {
@@ -28,6 +33,7 @@ impl Reference {
         Self {
             json: serde_json::from_slice(&bytes[20..20 + length]).expect("JSON"),
             binary: bytes[20 + length + 8..].to_vec(),
+            known: RefCell::default(),
         }
     }
 
@@ -36,8 +42,18 @@ impl Reference {
     }
 
     /// An accessor as a flat list.
-    fn numbers(&self, accessor: &Value) -> Vec<f64> {
-        let accessor = &self.json["accessors"][accessor.as_u64().expect("an index") as usize];
+    fn numbers(&self, accessor: &Value) -> Rc<Vec<f64>> {
+        let index = accessor.as_u64().expect("an index");
+        if let Some(known) = self.known.borrow().get(&index) {
+            return known.clone();
+        }
+        let numbers = Rc::new(self.read_accessor(index));
+        self.known.borrow_mut().insert(index, numbers.clone());
+        numbers
+    }
+
+    fn read_accessor(&self, index: u64) -> Vec<f64> {
+        let accessor = &self.json["accessors"][index as usize];
         let view = &self.json["bufferViews"][Self::index(accessor, "bufferView")];
         let width = match accessor["type"].as_str().expect("a type") {
             "SCALAR" => 1,

@@ -156,3 +156,27 @@ fn everything_in_one_text() -> String {
         "buffers":[{"byteLength":68,"uri":"data:application/octet-stream;base64,DATA"}]}"#
         .replace("DATA", data)
 }
+
+/// An OBJ file, and after a NUL byte its material file.
+fn obj_and_mtl(bytes: &[u8]) -> Result<Model, LoadError> {
+    let end = bytes.iter().position(|byte| *byte == 0).unwrap_or(bytes.len());
+    let (mesh, materials) = bytes.split_at(end);
+    let companions = Resolver::memory().with("a.mtl", materials.to_vec()).with("a.png", vec![0]);
+    decode_obj(mesh, Path::new("seed.obj"), &companions)
+}
+
+#[test]
+fn the_seeds_of_the_fuzz_targets_are_sound_and_survive_damage() {
+    let corpus = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../fuzz/corpus"));
+    for (folder, decode) in [("mesh_ply", ply as Decode), ("mesh_obj", obj_and_mtl), ("mesh_gltf", gltf)] {
+        let Ok(entries) = std::fs::read_dir(corpus.join(folder)) else {
+            eprintln!("skipped: there are no seeds in {folder}");
+            continue;
+        };
+        let mut paths: Vec<_> = entries.flatten().map(|entry| entry.path()).collect();
+        paths.sort();
+        for path in paths {
+            damage(&std::fs::read(&path).expect("readable"), decode, 500);
+        }
+    }
+}

@@ -5,9 +5,9 @@
 //! bind matrix (glTF 2.0, §3.7.3.3). Normals go by the cofactor matrix of M, which maps the cross products of
 //! edges exactly, also where joints scale unevenly; tangents by M.
 //!
-//! Cost: linear in vertices × (targets in use + influences); 34 thousand vertices with four influences each
-//! take about a millisecond on one core. Large meshes are cut into pieces of fixed size, so that the result
-//! does not depend on how many threads take them.
+//! Cost: linear in vertices × (targets in use + influences). The 34,159 vertices of BrainStem, with normals and
+//! four influences each, are posed in 1.0 ms on two busy cores (the test `large_meshes` prints the figure). Large
+//! meshes are cut into pieces of fixed size, so that the result does not depend on how many threads take them.
 
 use glam::{Affine3A, Mat3A, Vec3, Vec3A, Vec4};
 use rayon::prelude::*;

@@ -161,7 +161,10 @@ struct Chunks<'a> {
     binary: Option<&'a [u8]>,
 }
 
-fn chunks(bytes: &[u8]) -> Result<Chunks<'_>, (usize, String)> {
+/// The offset of a byte, and what is wrong there.
+type Found = (usize, String);
+
+fn chunks(bytes: &[u8]) -> Result<Chunks<'_>, Found> {
     let word = |offset: usize| {
         let word = bytes.get(offset..).and_then(|rest| rest.first_chunk::<4>());
         word.map(|word| u32::from_le_bytes(*word)).ok_or((offset, "the file ends in its header".to_string()))
@@ -174,7 +177,7 @@ fn chunks(bytes: &[u8]) -> Result<Chunks<'_>, (usize, String)> {
     if claimed > bytes.len() {
         return Err((8, format!("the file should have {claimed} bytes, but has {}", bytes.len())));
     }
-    let chunk = |offset: usize| -> Result<(&[u8], &[u8]), (usize, String)> {
+    let chunk = |offset: usize| -> Result<(&[u8], &[u8]), Found> {
         let length = word(offset)? as usize;
         let kind = bytes.get(offset + 4..offset + 8).unwrap_or_default();
         let data = bytes.get(offset + 8..).unwrap_or_default();

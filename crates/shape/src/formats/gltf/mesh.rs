@@ -264,11 +264,8 @@ fn drop_unused_vertices(converted: &mut ModelMesh) {
     if !new_index.contains(&UNUSED) {
         return;
     }
-    let mut next = 0;
-    for index in new_index.iter_mut().filter(|index| **index != UNUSED) {
-        *index = next;
-        next += 1;
-    }
+    let used = new_index.iter_mut().filter(|index| **index != UNUSED);
+    used.enumerate().for_each(|(next, index)| *index = next as u32);
     mesh.triangles.iter_mut().flatten().for_each(|vertex| *vertex = new_index[*vertex as usize]);
     keep(&mut mesh.positions, &new_index);
     keep(&mut mesh.normals, &new_index);

@@ -199,12 +199,12 @@ fn what_is_wrong_is_said_with_its_line_or_byte() {
         (b"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n0\n", "no property `y`"),
         (
             &text(&face, &format!("{CORNERS}3 0 1 4\n")),
-            "line 12: row 0 of element `face` refers to vertex 4, but there are 4",
+            "line 14: row 0 of element `face` refers to vertex 4, but there are 4",
         ),
         (&text(&face, &format!("{CORNERS}3 0 1 -1\n")), "refers to vertex -1"),
         (&text(&face, &format!("{CORNERS}3 0 1 1.5\n")), "refers to vertex 1.5"),
-        (&text(&face, "0 0 0\n1 nan 0\n1 1 0\n0 1 0\n3 0 1 2\n"), "line 9: `y` of vertex 1 is NaN"),
-        (&text(&face, "0 0 0\n1 x 0\n1 1 0\n0 1 0\n3 0 1 2\n"), "line 9: `x` is not a number in row 1"),
+        (&text(&face, "0 0 0\n1 nan 0\n1 1 0\n0 1 0\n3 0 1 2\n"), "line 11: `y` of vertex 1 is NaN"),
+        (&text(&face, "0 0 0\n1 x 0\n1 1 0\n0 1 0\n3 0 1 2\n"), "line 11: `x` is not a number in row 1"),
         (&text(&face, &format!("{CORNERS}200 0 1 2\n")), "should list 200 vertices, but"),
     ];
     for (bytes, expected) in cases {
@@ -214,13 +214,8 @@ fn what_is_wrong_is_said_with_its_line_or_byte() {
     let mut binary = flavour("binary_little_endian", "float", "int", "uchar", "\n");
     let end = binary.len();
     binary[end - 3] = 1;
-    assert!(
-        message(&binary)
-            .contains(&format!("byte {}: row 1 of element `face` refers to vertex 65537", end - 4))
-            || message(&binary).contains("refers to vertex 257"),
-        "{}",
-        message(&binary)
-    );
+    let expected = format!("byte {}: row 1 of element `face` refers to vertex 257", end - 4);
+    assert!(message(&binary).contains(&expected), "{}", message(&binary));
 }
 
 #[test]
@@ -236,7 +231,7 @@ fn counts_that_the_file_cannot_hold_are_refused_before_any_memory_is_taken() {
     }
     let list = format!("{POINTS}element face 1\nproperty list uint int vertex_indices\n");
     let mut bytes = text(&list, "");
-    bytes.splice(10..15, b"binary_little_endian".iter().copied());
+    bytes.splice(11..16, b"binary_little_endian".iter().copied());
     let header = String::from_utf8_lossy(&bytes).into_owned();
     assert!(header.contains("binary_little_endian"), "{header}");
     bytes.extend([0; 48]);
