@@ -1,0 +1,102 @@
+//! `halflight bench`: how fast it is and how much memory it takes, measured here and now.
+
+mod build;
+mod clock;
+mod memory;
+mod path;
+mod rays;
+mod samplers;
+mod subjects;
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use serde_json::json;
+
+use super::console::Console;
+use super::failure::Failure;
+use super::stage::MachineArgs;
+use super::table::Table;
+use super::{interrupt, resources};
+
+#[derive(Args, Debug)]
+pub(crate) struct BenchArgs {
+    /// What to measure [default: everything]
+    #[arg(value_enum)]
+    name: Option<Name>,
+    /// Folder with `data/` (meshes) and `reference/` (pictures); what is missing there is passed over
+    #[arg(long, value_name = "FOLDER", default_value = "../shared")]
+    data: PathBuf,
+    /// Folder with the scene files of the reference pictures
+    #[arg(long, value_name = "FOLDER", default_value = "tests/reference")]
+    scenes: PathBuf,
+    /// One small mesh made of formulas, and short runs: a check that it works more than a measurement
+    #[arg(long)]
+    quick: bool,
+    #[command(flatten)]
+    machine: MachineArgs,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Name {
+    /// Rays per second: closest and any hit, coherent and incoherent
+    Rays,
+    /// Time to build and to refit the trees that answer rays
+    Build,
+    /// Processor time of the technique `path` to a given error
+    Path,
+    /// Peak memory of a render
+    Memory,
+    /// Error of the sampler against independent random numbers
+    Samplers,
+}
+
+const ALL: [Name; 5] = [Name::Rays, Name::Build, Name::Path, Name::Memory, Name::Samplers];
+
+/// A table with what one must know to read it.
+struct Findings {
+    title: &'static str,
+    table: Table,
+    /// How it was measured, and what was passed over.
+    notes: Vec<String>,
+}
+
+pub(crate) fn run(args: &BenchArgs, console: Console) -> Result<(), Failure> {
+    args.machine.apply()?;
+    interrupt::listen();
+    console.answer(&format!(
+        "{}, {} threads, {}\n",
+        resources::cpu_model(),
+        rayon::current_num_threads(),
+        args.machine.simd()?.name()
+    ));
+    for name in args.name.map_or(ALL.to_vec(), |name| vec![name]) {
+        let findings = match name {
+            Name::Rays => rays::measure(args)?,
+            Name::Build => build::measure(args)?,
+            Name::Path => path::measure(args)?,
+            Name::Memory => memory::measure(args)?,
+            Name::Samplers => samplers::measure(args),
+        };
+        tell(console, &findings);
+        if interrupt::is_asked_to_stop() {
+            return Err(Failure::Interrupted);
+        }
+    }
+    Ok(())
+}
+
+fn tell(console: Console, findings: &Findings) {
+    let mut text = format!("{}\n\n", findings.title);
+    if !findings.table.is_empty() {
+        text += &format!("{}\n\n", findings.table.to_text());
+    }
+    for note in &findings.notes {
+        text += &format!("  {note}\n");
+    }
+    console.answer(&text);
+    console.event(
+        "bench",
+        json!({ "title": findings.title, "rows": findings.table.to_json(), "notes": findings.notes }),
+    );
+}

@@ -1,0 +1,82 @@
+//! `halflight compare`: two pictures, or several techniques on one scene.
+
+mod judge;
+mod options;
+mod race;
+mod tell;
+
+pub(crate) use options::CompareArgs;
+
+use std::path::{Path, PathBuf};
+
+use halflight_file::extension;
+use halflight_image::report::{Candidate, Comparison};
+use halflight_image::{Picture, RgbImage, load_rgb};
+
+use super::console::Console;
+use super::failure::Failure;
+use super::output;
+
+/// Where the page goes when nothing else is said.
+const DEFAULT_REPORT: &str = "report";
+
+pub(crate) fn run(args: &CompareArgs, console: Console) -> Result<(), Failure> {
+    let folder =
+        (!args.no_report).then(|| args.output.clone().unwrap_or_else(|| PathBuf::from(DEFAULT_REPORT)));
+    if let Some(folder) = &folder {
+        make_folder(folder)?;
+    }
+    let comparison = match &args.reference_picture {
+        Some(reference) => of_pictures(args, reference)?,
+        None => race::run(args, console)?,
+    };
+    let report = comparison.measure().map_err(Failure::failed)?;
+    tell::tell(console, &report.figures);
+    if let Some(folder) = &folder {
+        let page = folder.join("index.html");
+        report.write_html(&page)?;
+        report.write_json(&folder.join("report.json"))?;
+        console.note(&format!("wrote {}", page.display()));
+    }
+    judge::judge(args, &report.figures, console)
+}
+
+/// Makes the folder of the report, and learns now whether it can be written to.
+fn make_folder(folder: &Path) -> Result<(), Failure> {
+    std::fs::create_dir_all(folder)
+        .map_err(|e| Failure::failed(format!("cannot make the folder {}: {e}", folder.display())))?;
+    output::check_writable(&folder.join("index.html"))
+}
+
+fn of_pictures(args: &CompareArgs, reference: &Path) -> Result<Comparison, Failure> {
+    if !args.technique.is_empty() || !args.spp.is_empty() || !args.time_limit.is_empty() {
+        return Err(Failure::usage(
+            "-t, --spp and --time-limit are for a scene; two pictures are compared as they are",
+        ));
+    }
+    let (image, truth) = (load(&args.input)?, load(reference)?);
+    let (image_name, truth_name) = (args.input.display().to_string(), reference.display().to_string());
+    let mut comparison = Comparison::new(format!("{image_name} against {truth_name}"), truth_name, truth);
+    comparison.exposure_ev = args.exposure.map_or(0.0, |ev| ev as f32);
+    comparison.reference_noise = args.reference_noise;
+    comparison.candidates.push(Candidate::new(image_name, image));
+    note_origin(&mut comparison);
+    Ok(comparison)
+}
+
+/// Adds how the figures came to be.
+fn note_origin(comparison: &mut Comparison) {
+    let command: Vec<String> = std::env::args_os().map(|a| a.to_string_lossy().into_owned()).collect();
+    comparison.note("command", command.join(" "));
+    comparison.note("version", concat!("halflight ", env!("CARGO_PKG_VERSION")));
+}
+
+/// Pixels that are not finite are let in: the figures count them.
+fn load(path: &Path) -> Result<RgbImage, Failure> {
+    if extension(path) == "exr"
+        && let Some(image) = Picture::load_exr(path)?.rgb()
+    {
+        return Ok(image);
+    }
+    Ok(load_rgb(path)?)
+}

@@ -1,0 +1,63 @@
+//! `halflight info`: what is in a file.
+
+mod model;
+mod picture;
+
+use std::path::PathBuf;
+
+use clap::Args;
+use halflight_file::extension;
+use serde_json::{Value, json};
+
+use super::console::Console;
+use super::failure::Failure;
+use super::stage::{self, MachineArgs, SceneArgs};
+use super::{brdf, demo, words};
+
+#[derive(Args, Debug)]
+pub(crate) struct InfoArgs {
+    /// A scene, a mesh, a picture or a measured material; .xz is unpacked
+    file: PathBuf,
+}
+
+/// A description for people and one for programs.
+pub(crate) struct Description {
+    pub(crate) text: String,
+    pub(crate) json: Value,
+}
+
+pub(crate) fn run(args: &InfoArgs, console: Console) -> Result<(), Failure> {
+    let path = &args.file;
+    let Description { text, json } = match extension(path).as_str() {
+        "ply" | "obj" | "gltf" | "glb" => model::describe(path)?,
+        "binary" => brdf::describe(path)?,
+        "toml" => scene(path)?,
+        _ if demo::built_in(path)?.is_some() => scene(path)?,
+        // Pictures are told by their first bytes; for anything else their reader says what is known.
+        _ => picture::describe(path)?,
+    };
+    console.answer(text.trim_end());
+    console.event("info", json!({ "file": path, "description": json }));
+    Ok(())
+}
+
+fn scene(path: &std::path::Path) -> Result<Description, Failure> {
+    let stage = stage::Stage::load(path, &SceneArgs::default(), &MachineArgs::default())?;
+    let text = format!("{}\n  content hash   {}", stage.describe().trim_end(), stage.hash());
+    let size = stage.size();
+    let json = json!({
+        "kind": "scene", "hash": stage.hash(), "width": size.width, "height": size.height,
+        "warnings": stage.warnings(), "text": text,
+    });
+    Ok(Description { text, json })
+}
+
+/// A line `  label   value` of a description.
+pub(super) fn field(text: &mut String, label: &str, value: impl std::fmt::Display) {
+    *text += &format!("  {label:<14} {value}\n");
+}
+
+/// `0.123 0.456 0.789`
+pub(super) fn numbers(values: impl IntoIterator<Item = f64>) -> String {
+    values.into_iter().map(words::figure).collect::<Vec<_>>().join(" ")
+}

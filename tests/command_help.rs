@@ -1,0 +1,53 @@
+//! Every example of the help texts runs as it stands.
+
+mod support;
+
+use support::Place;
+
+/// The commands of the help, from its list of subcommands.
+fn subcommands(place: &Place) -> Vec<String> {
+    let help = place.done("help").stdout;
+    let list = help.lines().skip_while(|line| !line.starts_with("Commands:")).skip(1);
+    let names =
+        list.take_while(|line| !line.trim().is_empty()).filter_map(|line| line.split_whitespace().next());
+    names.filter(|name| *name != "help").map(str::to_string).collect()
+}
+
+fn examples(help: &str) -> Vec<&str> {
+    let lines = help.lines().skip_while(|line| !line.starts_with("Examples:"));
+    lines.filter_map(|line| line.strip_prefix("  halflight ")).collect()
+}
+
+#[test]
+fn every_example_of_every_help_text_runs() {
+    let place = Place::new();
+    // What the examples expect to find.
+    std::fs::create_dir(place.path("frames")).unwrap();
+    place.done("render scene.toml --spp 16 -o noisy.exr");
+    place.done("render scene.toml --spp 64 --seed 1 -o truth.exr");
+    place.done("brdf synth diffuse -o paint.binary");
+    let commands = subcommands(&place);
+    assert!(commands.len() >= 7, "{commands:?}");
+    let mut lines: Vec<String> =
+        examples(&place.done("--help").stdout).into_iter().map(str::to_string).collect();
+    for command in &commands {
+        let help = place.done(&format!("{command} --help")).stdout;
+        let found = examples(&help);
+        assert!(!found.is_empty(), "{command} has no example");
+        lines.extend(found.into_iter().map(str::to_string));
+    }
+    lines.sort();
+    lines.dedup();
+    for line in &lines {
+        place.done(&quick(line));
+    }
+}
+
+/// Renders of a bare asset and of demos are made small; everything else of the line stays.
+fn quick(line: &str) -> String {
+    let bare = line.starts_with("render bunny.ply") || line.starts_with("demo");
+    let size =
+        if bare && !line.contains("--size") && !line.contains("--list") { " --size 48x27" } else { "" };
+    let samples = if bare && !line.contains("--spp") && !line.contains("--list") { " --spp 2" } else { "" };
+    format!("{line}{size}{samples}")
+}
