@@ -77,7 +77,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         "mesh", "rays", "question", "1t /cpu", "2t /cpu", "2t wall", "hits", "mean t"
     );
     for file in &files {
-        let name = file.file_name().map_or(String::new(), |name| name.to_string_lossy().chars().take(10).collect());
+        let name =
+            file.file_name().map_or(String::new(), |name| name.to_string_lossy().chars().take(10).collect());
         let mesh = Arc::new(load(file)?);
         let world = bench::world_of(&mesh, simd);
         let bounds = world.bounds();
@@ -103,7 +104,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             print_rates(&world, &name, set, rays, runs);
         }
         if let Some(folder) = &folder {
-            dump(folder, &name, "positions", mesh.positions.iter().flat_map(|p| p.to_array().map(f32::to_le_bytes)))?;
+            dump(
+                folder,
+                &name,
+                "positions",
+                mesh.positions.iter().flat_map(|p| p.to_array().map(f32::to_le_bytes)),
+            )?;
             dump(folder, &name, "triangles", mesh.triangles.iter().flat_map(|t| t.map(u32::to_le_bytes)))?;
         }
     }

@@ -31,11 +31,12 @@ impl Ray {
     }
 
     /// Whether the ray can hit anything at all: finite, of some length, and with an end that is not behind it.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn is_usable(&self) -> bool {
-        let length = self.direction.abs().max_element();
-        // One comparison for each finds NaN too: it is less than nothing.
-        length > 0.0 && length < f32::INFINITY && self.origin.is_finite() && self.t_max > 0.0 && self.direction.is_finite()
+        let (o, d) = (self.origin, self.direction);
+        // Zero times anything is zero, but for infinity and NaN.
+        let finite = ((o.x + o.y + o.z) + (d.x + d.y + d.z)) * 0.0 == 0.0;
+        finite & (d.abs().max_element() > 0.0) & (self.t_max > 0.0)
     }
 }
 

@@ -31,7 +31,12 @@ const FARTHEST: f32 = 1e18;
 
 /// Gathers the corners of a block's triangles, and the box around them. A triangle with a corner that is not [`usable`]
 /// is left out.
-pub(crate) fn gather(ids: &[u32; 8], triangles: &[[u32; 3]], positions: &[Vec3], corners: &mut Corners) -> (Vec3, Vec3) {
+pub(crate) fn gather(
+    ids: &[u32; 8],
+    triangles: &[[u32; 3]],
+    positions: &[Vec3],
+    corners: &mut Corners,
+) -> (Vec3, Vec3) {
     let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
     *corners = NO_CORNERS;
     for (place, &id) in ids.iter().enumerate() {

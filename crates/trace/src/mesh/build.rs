@@ -24,7 +24,8 @@ const CHUNK: usize = 16384;
 /// Below this depth ranges are halved, so that the depth of the tree, and with it the stack of a walk, is bounded: 40
 /// uneven divisions, then at most 32 halvings.
 const DEEPEST_UNEVEN: u32 = 40;
-/// No walk needs more places than this on its stack: at each level it leaves at most seven children behind.
+/// No walk needs more places than this on its stack: at each level it leaves at most seven children behind, and has at
+/// most eight on it before it takes one up.
 pub(crate) const STACK: usize = 7 * (DEEPEST_UNEVEN as usize + 32) + 8;
 
 /// A tree and the items of its leaves, `u32::MAX` where a leaf has fewer.
@@ -47,9 +48,10 @@ impl Range {
     fn measure(simd: Simd, items: &[Item], start: usize, count: usize, depth: u32) -> Range {
         let part = &items[start..start + count];
         let (span, centres) = if count > 4 * CHUNK {
-            part.par_chunks(CHUNK)
-                .map(|chunk| bins::extent(simd, chunk))
-                .reduce(|| (bins::NOTHING, bins::NOTHING), |a, b| (bins::join(&a.0, &b.0), bins::join(&a.1, &b.1)))
+            part.par_chunks(CHUNK).map(|chunk| bins::extent(simd, chunk)).reduce(
+                || (bins::NOTHING, bins::NOTHING),
+                |a, b| (bins::join(&a.0, &b.0), bins::join(&a.1, &b.1)),
+            )
         } else {
             bins::extent(simd, part)
         };
@@ -73,8 +75,11 @@ fn best_division(bins: &Bins, leaf_size: usize) -> Option<(usize, usize)> {
         for bin in (1..BINS).rev() {
             span = bins::join(&span, &spans[bin]);
             count += counts[bin];
-            right_cost[bin] =
-                if count == 0 { f32::INFINITY } else { bins::half_area(&span) * leaves_for(count, leaf_size) };
+            right_cost[bin] = if count == 0 {
+                f32::INFINITY
+            } else {
+                bins::half_area(&span) * leaves_for(count, leaf_size)
+            };
         }
         (span, count) = (bins::NOTHING, 0);
         for bin in 1..BINS {

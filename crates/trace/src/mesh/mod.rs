@@ -5,6 +5,7 @@ mod block;
 pub(crate) mod build;
 pub(crate) mod levels;
 pub(crate) mod node;
+pub(crate) mod packet;
 mod refit;
 mod surface;
 mod triangle;
@@ -20,9 +21,9 @@ use halflight_shape::TriangleMesh;
 use crate::geometry::{LocalHit, LocalSurface, RayGeometry};
 use crate::{Ray, Simd};
 pub(crate) use bins::{item, number as item_number};
-pub(crate) use refit::node_rows;
 use block::{Block, Corners, NO_CORNERS};
 use node::Tree;
+pub(crate) use refit::node_rows;
 use walk::Reach;
 
 /// A triangle mesh that answers rays.
@@ -132,7 +133,7 @@ impl MeshTracer {
     /// Corners and boxes from the positions as they are now.
     fn fit(&mut self) {
         let leaves = refit::fill_open(&mut self.blocks, &self.mesh);
-        let rows = refit::node_rows(&self.tree.nodes, &leaves);
+        let rows = node_rows(&self.tree.nodes, &leaves);
         for (node, rows) in self.tree.nodes.iter_mut().zip(rows) {
             node.rows = rows;
         }
@@ -140,7 +141,7 @@ impl MeshTracer {
         self.tree.close.clear();
         if let Some(positions) = &self.positions_at_close {
             let leaves = refit::fill_close(&self.blocks, &self.mesh, positions, &mut self.close);
-            self.tree.close = refit::node_rows(&self.tree.nodes, &leaves);
+            self.tree.close = node_rows(&self.tree.nodes, &leaves);
         }
     }
 
@@ -164,7 +165,7 @@ fn items_of(mesh: &TriangleMesh, close: Option<&[Vec3]>) -> Vec<bins::Item> {
             low = low.min(open).min(shut);
             high = high.max(open).max(shut);
         }
-        Some(bins::item(low, high, number as u32))
+        Some(item(low, high, number as u32))
     };
     // A number with the top bit set could not be told from a leaf's.
     let count = mesh.triangles.len().min(node::LEAF as usize - 1);
@@ -177,11 +178,11 @@ impl RayGeometry for MeshTracer {
     }
 
     fn closest(&self, ray: &Ray) -> Option<LocalHit> {
-        levels::closest(Simd::detect(), self, ray)
+        if ray.is_usable() { levels::closest(Simd::detect(), self, ray) } else { None }
     }
 
     fn occluded(&self, ray: &Ray) -> bool {
-        levels::occluded(Simd::detect(), self, ray)
+        ray.is_usable() && levels::occluded(Simd::detect(), self, ray)
     }
 
     fn surface(&self, ray: &Ray, hit: &LocalHit) -> LocalSurface {

@@ -39,14 +39,6 @@ pub(crate) fn set_box(rows: &mut Rows, slot: usize, low: Vec3, high: Vec3) {
     }
 }
 
-/// The box of one column.
-pub(crate) fn get_box(rows: &Rows, slot: usize) -> (Vec3, Vec3) {
-    (
-        Vec3::new(rows[0][slot], rows[2][slot], rows[4][slot]),
-        Vec3::new(rows[1][slot], rows[3][slot], rows[5][slot]),
-    )
-}
-
 /// The box around all columns.
 pub(crate) fn around(rows: &Rows) -> (Vec3, Vec3) {
     let low = |row: usize| rows[row].iter().copied().fold(NOWHERE, f32::min);
@@ -66,7 +58,10 @@ pub(crate) struct Tree {
 impl Tree {
     /// The boxes around everything, at both ends of the shutter interval.
     pub(crate) fn bounds(&self) -> [(Vec3, Vec3); 2] {
-        let open = self.nodes.first().map_or((Vec3::splat(NOWHERE), Vec3::splat(-NOWHERE)), |root| around(&root.rows));
+        let open = self
+            .nodes
+            .first()
+            .map_or((Vec3::splat(NOWHERE), Vec3::splat(-NOWHERE)), |root| around(&root.rows));
         let close = self.close.first().map_or(open, around);
         [open, close]
     }

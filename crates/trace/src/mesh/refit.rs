@@ -48,8 +48,11 @@ pub(crate) fn node_rows(nodes: &[Node], leaves: &[(Vec3, Vec3)]) -> Vec<Rows> {
             if child == EMPTY {
                 continue;
             }
-            let (low, high) =
-                if child & LEAF != 0 { leaves[(child & !LEAF) as usize] } else { around(&all[child as usize]) };
+            let (low, high) = if child & LEAF != 0 {
+                leaves[(child & !LEAF) as usize]
+            } else {
+                around(&all[child as usize])
+            };
             if low.x <= high.x {
                 set_box(&mut rows, slot, low, high);
             }

@@ -21,7 +21,12 @@ const POINT_ROUNDINGS: f32 = 3.0;
 const MOTION_ROUNDINGS: f32 = 3.0;
 
 /// Corners of a triangle at a time; `close` are all positions as the shutter closes.
-pub(crate) fn corners_at(mesh: &TriangleMesh, close: Option<&[Vec3]>, triangle: [u32; 3], time: f32) -> [Vec3; 3] {
+pub(crate) fn corners_at(
+    mesh: &TriangleMesh,
+    close: Option<&[Vec3]>,
+    triangle: [u32; 3],
+    time: f32,
+) -> [Vec3; 3] {
     let time = time.clamp(0.0, 1.0);
     triangle.map(|vertex| {
         let open = mesh.positions[vertex as usize];
@@ -36,7 +41,12 @@ fn blend<T: Copy>(values: &[T], triangle: [u32; 3], mix: impl Fn([T; 3]) -> T) -
 }
 
 /// The surface at a hit; `close` and `time` for meshes that move.
-pub(crate) fn surface(mesh: &TriangleMesh, close: Option<&[Vec3]>, time: f32, hit: &LocalHit) -> LocalSurface {
+pub(crate) fn surface(
+    mesh: &TriangleMesh,
+    close: Option<&[Vec3]>,
+    time: f32,
+    hit: &LocalHit,
+) -> LocalSurface {
     let triangle = mesh.triangles[hit.primitive as usize];
     let corners = corners_at(mesh, close, triangle, time);
     let u = hit.u.clamp(0.0, 1.0);

@@ -30,7 +30,7 @@ pub(crate) const LEAST_COMPONENT: f32 = 1e-20;
 /// Roundings, in parts of the distance from the ray's origin to the farthest point of the geometry, by which the
 /// triangle test may misplace a corner: difference 1, shear 2 + 1, fused sum 1, product in the baseline 1, each of up
 /// to twice the distance in the sum; rounded up.
-const CORNER_ROUNDINGS: f32 = 10.0;
+pub(crate) const CORNER_ROUNDINGS: f32 = 10.0;
 
 /// Where a geometry is: centre and half extent, for the bound of rounding.
 #[derive(Clone, Copy, Debug, Default)]
@@ -42,6 +42,12 @@ pub(crate) struct Reach {
 impl Reach {
     pub(crate) fn new(low: Vec3, high: Vec3) -> Reach {
         Reach { centre: (low + high) * 0.5, half: ((high - low) * 0.5).max(Vec3::ZERO) }
+    }
+
+    /// Centre and half extent.
+    #[inline(always)]
+    pub(crate) fn parts(&self) -> ([f32; 3], [f32; 3]) {
+        (self.centre.to_array(), self.half.to_array())
     }
 }
 
@@ -65,7 +71,8 @@ impl BoxRay {
         let least = ray.direction.abs().max_element() * LEAST_COMPONENT;
         let farthest = ((ray.origin - reach.centre).abs() + reach.half).max_element();
         // Two more for rounding in the shifts.
-        let margin = (CORNER_ROUNDINGS * ROUNDOFF) * farthest + (4.0 * ROUNDOFF) * ray.origin.abs().max_element();
+        let margin =
+            (CORNER_ROUNDINGS * ROUNDOFF) * farthest + (4.0 * ROUNDOFF) * ray.origin.abs().max_element();
         let mut out = BoxRay {
             near_row: [0; 3],
             inverse: [0.0; 3],
@@ -142,8 +149,9 @@ impl<V: Lanes> WideBoxRay<V> {
         for axis in 0..3 {
             let row = self.near_row[axis];
             // SAFETY: the caller vouches for `node`.
-            let (near_planes, far_planes) =
-                unsafe { (self.planes::<MOVING>(tree, node, row), self.planes::<MOVING>(tree, node, row ^ 1)) };
+            let (near_planes, far_planes) = unsafe {
+                (self.planes::<MOVING>(tree, node, row), self.planes::<MOVING>(tree, node, row ^ 1))
+            };
             near = near_planes.mul_sub(self.inverse[axis], self.near_shift[axis]).max(near);
             far = far_planes.mul_sub(self.far_inverse[axis], self.far_shift[axis]).min(far);
         }
@@ -151,20 +159,27 @@ impl<V: Lanes> WideBoxRay<V> {
     }
 }
 
-/// Walks the tree from a node (not a leaf), calling `leaf(number, near, end)` for each leaf that the ray meets before
-/// `end`; what it gives back is the new end. A negative end stops the walk. With `SORTED` children are visited nearest
-/// first.
+/// What is done at the leaves. A trait, not a closure: a closure that is not inlined would be compiled without the
+/// instructions of the level.
+pub(crate) trait Visitor {
+    /// Visits a leaf that the ray enters at `near`, the ray ending at `end`; gives the new end. A negative one stops the
+    /// walk.
+    fn leaf(&mut self, leaf: u32, near: f32, end: f32) -> f32;
+}
+
+/// Walks the tree from a node (not a leaf), visiting each leaf that the ray meets before `end`. With `SORTED` children
+/// are visited nearest first.
 ///
 /// # Safety
 /// `start` is a node of the tree, whose words name only nodes and leaves that exist, and whose depth the builder bounded;
 /// a tree walked with `MOVING` has as many `close` boxes as nodes.
 #[inline(always)]
-pub(crate) unsafe fn walk<V: Lanes, const MOVING: bool, const SORTED: bool>(
+pub(crate) unsafe fn walk<V: Lanes, const MOVING: bool, const SORTED: bool, T: Visitor>(
     tree: &Tree,
     start: u32,
     ray: &BoxRay,
     mut end: f32,
-    mut leaf: impl FnMut(u32, f32, f32) -> f32,
+    visitor: &mut T,
 ) {
     let ray = WideBoxRay::<V>::new(ray);
     let mut stack = [const { MaybeUninit::<(u32, f32)>::uninit() }; STACK];
@@ -217,7 +232,7 @@ pub(crate) unsafe fn walk<V: Lanes, const MOVING: bool, const SORTED: bool>(
             }
         }
         if current != u32::MAX {
-            end = leaf(current & !LEAF, current_near, end);
+            end = visitor.leaf(current & !LEAF, current_near, end);
             if end < 0.0 {
                 return;
             }

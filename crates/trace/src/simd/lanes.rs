@@ -12,6 +12,8 @@ pub(crate) trait Lanes: Copy {
     fn load(from: &[f32]) -> Self;
     /// Writes the lanes to the front of a slice; panics if it is shorter than `N`.
     fn store(self, to: &mut [f32]);
+    /// Writes only the lanes whose bit is set.
+    fn store_where(self, lanes: u32, to: &mut [f32]);
     fn splat(value: f32) -> Self;
     fn add(self, other: Self) -> Self;
     fn sub(self, other: Self) -> Self;
@@ -67,6 +69,12 @@ impl Lanes for Plain {
     #[inline(always)]
     fn store(self, to: &mut [f32]) {
         to[..8].copy_from_slice(&self.0);
+    }
+    #[inline(always)]
+    fn store_where(self, lanes: u32, to: &mut [f32]) {
+        for (lane, place) in to[..8].iter_mut().enumerate() {
+            *place = if lanes >> lane & 1 != 0 { self.0[lane] } else { *place };
+        }
     }
     #[inline(always)]
     fn splat(value: f32) -> Self {

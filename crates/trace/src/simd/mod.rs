@@ -102,7 +102,11 @@ impl std::fmt::Display for UnknownSimd {
         if self.missing {
             write!(f, "this machine has no `{}`; its best level is `{}`", self.name, Simd::detect().name())
         } else {
-            write!(f, "no level of vector instructions is called `{}`; there are auto, baseline, avx2, avx512", self.name)
+            write!(
+                f,
+                "no level of vector instructions is called `{}`; there are auto, baseline, avx2, avx512",
+                self.name
+            )
         }
     }
 }

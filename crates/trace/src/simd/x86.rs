@@ -33,6 +33,16 @@ impl Lanes for Wide8 {
         unsafe { _mm256_storeu_ps(to.as_mut_ptr(), self.0) }
     }
     #[inline(always)]
+    fn store_where(self, lanes: u32, to: &mut [f32]) {
+        assert!(to.len() >= 8);
+        // SAFETY: the slice has room for 8 floats, and the store asks for no alignment.
+        unsafe {
+            let bits = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+            let chosen = _mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(lanes as i32), bits), bits);
+            _mm256_maskstore_ps(to.as_mut_ptr(), chosen, self.0);
+        }
+    }
+    #[inline(always)]
     fn splat(value: f32) -> Self {
         // SAFETY: as the module says.
         unsafe { Wide8(_mm256_set1_ps(value)) }
@@ -113,6 +123,14 @@ impl Lanes for Wide16 {
         assert!(to.len() >= 16);
         // SAFETY: the slice has room for 16 floats, and the store asks for no alignment.
         unsafe { _mm512_storeu_ps(to.as_mut_ptr(), self.0) }
+    }
+    #[inline(always)]
+    fn store_where(self, lanes: u32, to: &mut [f32]) {
+        assert!(to.len() >= 16);
+        // SAFETY: the slice has room for 16 floats, and the store asks for no alignment.
+        unsafe {
+            _mm512_mask_storeu_ps(to.as_mut_ptr(), lanes as __mmask16, self.0);
+        }
     }
     #[inline(always)]
     fn splat(value: f32) -> Self {

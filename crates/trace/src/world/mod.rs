@@ -1,5 +1,6 @@
 //! Instances of geometry, asked together.
 
+mod packet;
 mod place;
 mod query;
 mod surface;
@@ -108,7 +109,7 @@ impl World {
     /// # Panics
     /// If there are fewer places for hits than rays.
     pub fn closest_packet(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
-        query::closest_packet(self, rays, &mut hits[..rays.len()]);
+        packet::closest_packet(self, rays, &mut hits[..rays.len()]);
     }
 
     /// [`World::occluded`] for many rays; see [`World::closest_packet`].
@@ -116,7 +117,7 @@ impl World {
     /// # Panics
     /// If there are fewer places for answers than rays.
     pub fn occluded_packet(&self, rays: &[Ray], blocked: &mut [bool]) {
-        query::occluded_packet(self, rays, &mut blocked[..rays.len()]);
+        packet::occluded_packet(self, rays, &mut blocked[..rays.len()]);
     }
 
     /// What shading needs to know of a hit that this world gave for this ray.
@@ -170,7 +171,9 @@ impl Many {
             instances
                 .iter()
                 .map(|&number| {
-                    places[number as usize].bounds.map_or((Vec3::INFINITY, Vec3::NEG_INFINITY), |ends| ends[end])
+                    places[number as usize]
+                        .bounds
+                        .map_or((Vec3::INFINITY, Vec3::NEG_INFINITY), |ends| ends[end])
                 })
                 .collect()
         };

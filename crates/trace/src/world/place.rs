@@ -40,7 +40,9 @@ impl Place {
         let local = instance.geometry.as_rays().bounds();
         let there = match kind {
             Kind::Here => Some([local, local]),
-            _ => bounds_of(&motion.open, local).and_then(|open| Some([open, bounds_of(&motion.close, local)?])),
+            _ => {
+                bounds_of(&motion.open, local).and_then(|open| Some([open, bounds_of(&motion.close, local)?]))
+            }
         };
         let is_empty = instance.geometry.as_rays().primitives() == 0;
         let bounds = there.filter(|[open, close]| {
@@ -97,7 +99,9 @@ fn bounds_of(transform: &Affine3A, (low, high): Corners) -> Option<Corners> {
     let matrix = transform.matrix3;
     let reach = |v: Vec3| -> Vec3 {
         let v = v.abs();
-        Vec3::from(matrix.x_axis.abs()) * v.x + Vec3::from(matrix.y_axis.abs()) * v.y + Vec3::from(matrix.z_axis.abs()) * v.z
+        Vec3::from(matrix.x_axis.abs()) * v.x
+            + Vec3::from(matrix.y_axis.abs()) * v.y
+            + Vec3::from(matrix.z_axis.abs()) * v.z
     };
     let middle = transform.transform_point3(centre);
     let translation = Vec3::from(transform.translation.abs());

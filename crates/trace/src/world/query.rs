@@ -5,13 +5,13 @@
 
 use super::{Many, Top, World};
 use crate::mesh::levels;
-use crate::mesh::walk::{BoxRay, walk};
+use crate::mesh::walk::{BoxRay, Visitor, walk};
 use crate::simd::{Lanes, Plain, Simd};
 use crate::{Geometry, Hit, LocalHit, Ray};
 
 /// Asks one instance.
 #[inline(always)]
-fn closest_in(world: &World, number: u32, ray: &Ray) -> Option<LocalHit> {
+pub(super) fn closest_in(world: &World, number: u32, ray: &Ray) -> Option<LocalHit> {
     let local = world.places[number as usize].local_ray(ray)?;
     match world.instances[number as usize].geometry.as_ref() {
         Geometry::Mesh(mesh) => levels::closest(world.simd, mesh, &local),
@@ -21,7 +21,7 @@ fn closest_in(world: &World, number: u32, ray: &Ray) -> Option<LocalHit> {
 
 /// Asks one instance.
 #[inline(always)]
-fn occluded_in(world: &World, number: u32, ray: &Ray) -> bool {
+pub(super) fn occluded_in(world: &World, number: u32, ray: &Ray) -> bool {
     let Some(local) = world.places[number as usize].local_ray(ray) else { return false };
     match world.instances[number as usize].geometry.as_ref() {
         Geometry::Mesh(mesh) => levels::occluded(world.simd, mesh, &local),
@@ -29,14 +29,14 @@ fn occluded_in(world: &World, number: u32, ray: &Ray) -> bool {
     }
 }
 
-fn hit_of(instance: u32, hit: LocalHit) -> Hit {
+pub(super) fn hit_of(instance: u32, hit: LocalHit) -> Hit {
     Hit { t: hit.t, instance, primitive: hit.primitive, u: hit.u, v: hit.v }
 }
 
 /// Keeps the nearer of two hits, and of equal ones that of the smaller instance. A hit counts as no nearer than the
 /// instance's box, `near`: so the order in which instances are asked does not matter.
 #[inline(always)]
-fn keep(best: &mut Option<Hit>, instance: u32, mut found: LocalHit, near: f32) {
+pub(super) fn keep(best: &mut Option<Hit>, instance: u32, mut found: LocalHit, near: f32) {
     found.t = found.t.max(near);
     let wins = best.is_none_or(|best| found.t < best.t || (found.t == best.t && instance < best.instance));
     if wins {
@@ -44,50 +44,62 @@ fn keep(best: &mut Option<Hit>, instance: u32, mut found: LocalHit, near: f32) {
     }
 }
 
-#[inline(always)]
-fn closest_body<V: Lanes, const MOVING: bool>(world: &World, many: &Many, ray: &Ray) -> Option<Hit> {
-    let mut best = None;
-    // SAFETY: a tree of many has a root, came from the builder, and moves as `MOVING` says.
-    unsafe {
-        walk::<V, MOVING, true>(&many.tree, 0, &BoxRay::new(ray, &many.reach), ray.t_max, |leaf, near, end| {
-            let number = many.instances[leaf as usize];
-            if let Some(found) = closest_in(world, number, &Ray { t_max: end, ..*ray }) {
-                keep(&mut best, number, found, near);
+/// The instances, for one ray. With `ANY` the first hit found ends the walk.
+pub(super) struct Visit<'a, const ANY: bool> {
+    pub(super) world: &'a World,
+    pub(super) many: &'a Many,
+    pub(super) ray: &'a Ray,
+    pub(super) best: Option<Hit>,
+    pub(super) blocked: bool,
+}
+
+impl<const ANY: bool> Visitor for Visit<'_, ANY> {
+    #[inline(always)]
+    fn leaf(&mut self, leaf: u32, near: f32, end: f32) -> f32 {
+        let number = self.many.instances[leaf as usize];
+        if ANY {
+            self.blocked = occluded_in(self.world, number, self.ray);
+            return if self.blocked { -1.0 } else { end };
+        }
+        match closest_in(self.world, number, &Ray { t_max: end, ..*self.ray }) {
+            Some(found) => {
+                keep(&mut self.best, number, found, near);
+                self.best.map_or(end, |best| best.t)
             }
-            best.map_or(end, |best: Hit| best.t)
-        });
+            None => end,
+        }
     }
-    best
 }
 
 #[inline(always)]
-fn occluded_body<V: Lanes, const MOVING: bool>(world: &World, many: &Many, ray: &Ray) -> bool {
-    let mut blocked = false;
-    // SAFETY: as in `closest_body`.
+fn walk_instances<V: Lanes, const MOVING: bool, const ANY: bool>(
+    world: &World,
+    many: &Many,
+    ray: &Ray,
+) -> (Option<Hit>, bool) {
+    let mut visit = Visit::<ANY> { world, many, ray, best: None, blocked: false };
+    // SAFETY: a tree of many has a root, came from the builder, and moves as `MOVING` says.
     unsafe {
-        walk::<V, MOVING, false>(&many.tree, 0, &BoxRay::new(ray, &many.reach), ray.t_max, |leaf, _, end| {
-            blocked = occluded_in(world, many.instances[leaf as usize], ray);
-            if blocked { -1.0 } else { end }
-        });
-    }
-    blocked
+        walk::<V, MOVING, true, _>(&many.tree, 0, &BoxRay::new(ray, &many.reach), ray.t_max, &mut visit)
+    };
+    (visit.best, visit.blocked)
 }
 
 #[inline(always)]
 fn closest_many<V: Lanes>(world: &World, many: &Many, ray: &Ray) -> Option<Hit> {
     if many.tree.close.is_empty() {
-        closest_body::<V, false>(world, many, ray)
+        walk_instances::<V, false, false>(world, many, ray).0
     } else {
-        closest_body::<V, true>(world, many, ray)
+        walk_instances::<V, true, false>(world, many, ray).0
     }
 }
 
 #[inline(always)]
 fn occluded_many<V: Lanes>(world: &World, many: &Many, ray: &Ray) -> bool {
     if many.tree.close.is_empty() {
-        occluded_body::<V, false>(world, many, ray)
+        walk_instances::<V, false, true>(world, many, ray).1
     } else {
-        occluded_body::<V, true>(world, many, ray)
+        walk_instances::<V, true, true>(world, many, ray).1
     }
 }
 
@@ -107,7 +119,9 @@ fn occluded_avx2(world: &World, many: &Many, ray: &Ray) -> bool {
 pub(super) fn closest(world: &World, ray: &Ray) -> Option<Hit> {
     match &world.top {
         Top::Nothing => None,
-        Top::One(number) if ray.is_usable() => closest_in(world, *number, ray).map(|hit| hit_of(*number, hit)),
+        Top::One(number) if ray.is_usable() => {
+            closest_in(world, *number, ray).map(|hit| hit_of(*number, hit))
+        }
         Top::Many(many) if ray.is_usable() => {
             #[cfg(target_arch = "x86_64")]
             if world.simd >= Simd::Avx2 {
@@ -134,17 +148,5 @@ pub(super) fn occluded(world: &World, ray: &Ray) -> bool {
             occluded_many::<Plain>(world, many, ray)
         }
         Top::Many(_) => false,
-    }
-}
-
-pub(super) fn closest_packet(world: &World, rays: &[Ray], hits: &mut [Option<Hit>]) {
-    for (ray, hit) in rays.iter().zip(hits) {
-        *hit = closest(world, ray);
-    }
-}
-
-pub(super) fn occluded_packet(world: &World, rays: &[Ray], blocked: &mut [bool]) {
-    for (ray, blocked) in rays.iter().zip(blocked) {
-        *blocked = occluded(world, ray);
     }
 }

@@ -76,7 +76,8 @@ fn transformed(local: &LocalSurface, transform: &Affine3A, inverse: &Affine3A) -
     let way_back = absolute(inverse, position.abs()) + Vec3::from(inverse.translation.abs());
     let way_out = absolute(transform, local.position.abs()) + Vec3::from(transform.translation.abs());
     let roundings = TRANSFORM_ROUNDINGS * ROUNDOFF;
-    let along_normal = (from_surface + roundings * way_back.dot(there)) / shrink + roundings * way_out.dot(here);
+    let along_normal =
+        (from_surface + roundings * way_back.dot(there)) / shrink + roundings * way_out.dot(here);
 
     // A transform that mirrors turns the hand of the texture's frame.
     let mirrored = transform.matrix3.determinant() < 0.0;
