@@ -45,7 +45,7 @@
 //!
 //! | module | what lives there |
 //! |---|---|
-//! | [`file`] | reading and writing files whole, errors with a story |
+//! | [`mod@file`] | reading and writing files whole, errors with a story |
 //! | [`image`] | pictures in memory and on disk, error metrics, the comparison page |
 //! | [`material`] | how surfaces scatter light: analytic and measured |
 //! | [`shape`] | meshes, models, height fields, procedural shapes |

@@ -13,7 +13,9 @@ fn with_pictures() -> Place {
 }
 
 fn report(place: &Place, folder: &str) -> Value {
-    serde_json::from_str(&std::fs::read_to_string(place.path(folder).join("report.json")).unwrap()).unwrap()
+    let text =
+        std::fs::read_to_string(place.path(folder).join("report.json")).expect("there is a report.json");
+    serde_json::from_str(&text).expect("report.json is JSON")
 }
 
 #[test]

@@ -43,11 +43,10 @@ fn every_example_of_every_help_text_runs() {
     }
 }
 
-/// Renders of a bare asset and of demos are made small; everything else of the line stays.
+/// Pictures are made small and with few samples where the example does not say otherwise.
 fn quick(line: &str) -> String {
-    let bare = line.starts_with("render bunny.ply") || line.starts_with("demo");
-    let size =
-        if bare && !line.contains("--size") && !line.contains("--list") { " --size 48x27" } else { "" };
-    let samples = if bare && !line.contains("--spp") && !line.contains("--list") { " --spp 2" } else { "" };
+    let renders = line.starts_with("render") || (line.starts_with("demo") && !line.contains("--list"));
+    let size = if renders && !line.contains("--size") { " --size 48x27" } else { "" };
+    let samples = if renders && !line.contains("--spp") { " --spp 2" } else { "" };
     format!("{line}{size}{samples}")
 }

@@ -197,7 +197,7 @@ fn what_cannot_be_is_refused_before_any_work() {
         ("render . -o out.exr", 1, "folder"),
         ("render scene.toml -o out.exr --size 0x9", 2, "at least one pixel"),
         ("render scene.toml -o out.exr --spp 0", 2, "--spp"),
-        ("render scene.toml -o out.exr --time-limit -1", 2, "--time-limit"),
+        ("render scene.toml -o out.exr --time-limit -1", 2, "greater than 0"),
         ("render scene.toml -o out.exr --frames 4..2", 2, "before"),
         ("render scene.toml -o out.exr --resume", 2, "--checkpoint"),
         ("render scene.toml -o out.exr -t pth", 2, "did you mean path?"),

@@ -3,14 +3,14 @@
 // Each test file uses its own part of this.
 #![allow(dead_code)]
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 
 use halflight::image::{Picture, RgbImage, save_hdr};
 use serde_json::Value;
 
 /// A scene of a ball that moves along x, 0.5 m a second, over a plane.
-pub const SCENE: &str = r#"
+pub(crate) const SCENE: &str = r#"
 description = "a ball on its way"
 
 [image]
@@ -54,21 +54,21 @@ end_header
 ";
 
 /// A folder that goes away with the test.
-pub struct Place {
+pub(crate) struct Place {
     folder: tempfile::TempDir,
 }
 
 /// What a run of the command said, and how it ended.
 #[derive(Debug)]
-pub struct Outcome {
-    pub code: i32,
-    pub stdout: String,
-    pub stderr: String,
+pub(crate) struct Outcome {
+    pub(crate) code: i32,
+    pub(crate) stdout: String,
+    pub(crate) stderr: String,
 }
 
 impl Place {
     /// With `scene.toml`, `bunny.ply` (an octahedron), `hall.hdr`.
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let place = Self { folder: tempfile::tempdir().expect("a folder for the test") };
         place.write("scene.toml", SCENE);
         place.write("bunny.ply", MESH);
@@ -77,16 +77,16 @@ impl Place {
         place
     }
 
-    pub fn path(&self, name: &str) -> PathBuf {
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
     }
 
-    pub fn write(&self, name: &str, text: &str) {
+    pub(crate) fn write(&self, name: &str, text: &str) {
         std::fs::write(self.path(name), text).expect("a file of the test is written");
     }
 
     /// Names of all files below the folder `name`.
-    pub fn files(&self, name: &str) -> Vec<String> {
+    pub(crate) fn files(&self, name: &str) -> Vec<String> {
         let entries = std::fs::read_dir(self.path(name)).expect("the folder is there");
         let mut names: Vec<String> =
             entries.flatten().map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
@@ -95,7 +95,7 @@ impl Place {
     }
 
     /// Runs `halflight` with arguments as a shell would split them.
-    pub fn run(&self, line: &str) -> Outcome {
+    pub(crate) fn run(&self, line: &str) -> Outcome {
         let output = self.command(&words(line)).output().expect("the command runs");
         Outcome {
             code: output.status.code().unwrap_or(-1),
@@ -105,14 +105,14 @@ impl Place {
     }
 
     /// Runs it and expects it to be done.
-    pub fn done(&self, line: &str) -> Outcome {
+    pub(crate) fn done(&self, line: &str) -> Outcome {
         let outcome = self.run(line);
         assert_eq!(outcome.code, 0, "{line}: {outcome:?}");
         outcome
     }
 
     /// Starts it and goes on.
-    pub fn start(&self, line: &str) -> Child {
+    pub(crate) fn start(&self, line: &str) -> Child {
         let mut command = self.command(&words(line));
         command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the command starts")
     }
@@ -124,19 +124,19 @@ impl Place {
     }
 
     /// The picture of that name.
-    pub fn exr(&self, name: &str) -> Picture {
+    pub(crate) fn exr(&self, name: &str) -> Picture {
         Picture::load_exr(&self.path(name)).expect("the picture can be read")
     }
 }
 
 impl Outcome {
     /// The JSON objects on stdout.
-    pub fn events(&self) -> Vec<Value> {
+    pub(crate) fn events(&self) -> Vec<Value> {
         self.stdout.lines().map(|line| serde_json::from_str(line).expect("every line is JSON")).collect()
     }
 
     /// The first event of a name.
-    pub fn event(&self, name: &str) -> Value {
+    pub(crate) fn event(&self, name: &str) -> Value {
         self.events()
             .into_iter()
             .find(|event| event["event"] == name)
@@ -145,7 +145,7 @@ impl Outcome {
 }
 
 /// The bits of all channels, metadata aside.
-pub fn bits(picture: &Picture) -> Vec<(String, Vec<u32>)> {
+pub(crate) fn bits(picture: &Picture) -> Vec<(String, Vec<u32>)> {
     let bits = |values: &[f32]| values.iter().map(|v| v.to_bits()).collect();
     picture.channels.iter().map(|channel| (channel.name.clone(), bits(&channel.values))).collect()
 }
@@ -164,17 +164,7 @@ fn words(line: &str) -> Vec<String> {
 }
 
 /// Sends a signal to a child, by its name without `SIG`.
-pub fn signal(child: &Child, name: &str) {
+pub(crate) fn signal(child: &Child, name: &str) {
     let status = Command::new("kill").arg(format!("-{name}")).arg(child.id().to_string()).status();
     assert!(status.expect("kill runs").success());
-}
-
-/// Data that lies beside the repository, if it does.
-pub fn shared(path: &str) -> Option<PathBuf> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared").join(path);
-    if !path.exists() {
-        eprintln!("skipped: there is no {}", path.display());
-        return None;
-    }
-    Some(path)
 }

@@ -87,7 +87,7 @@ fn race(args: &BenchArgs, goal: &Reference, scene: &Path, picture: &Path) -> Res
             &silent(),
         )?;
         let used = before.zip(resources::cpu_seconds()).map(|(before, after)| after - before);
-        cpu += used.unwrap_or_else(|| report.elapsed.as_secs_f64());
+        cpu += used.unwrap_or(report.elapsed.as_secs_f64());
         let error = without_noise(relative_mse(&film.image(), &truth)?, goal.noise);
         curve.push([f64::from(samples), cpu, error]);
         if samples == 64 {

@@ -35,7 +35,7 @@ pub(crate) fn run(args: &CompareArgs, console: Console) -> Result<(), Failure> {
     if let Some(folder) = &folder {
         let page = folder.join("index.html");
         report.write_html(&page)?;
-        report.write_json(&folder.join("report.json"))?;
+        report.write_json(folder.join("report.json"))?;
         console.note(&format!("wrote {}", page.display()));
     }
     judge::judge(args, &report.figures, console)

@@ -34,7 +34,7 @@ pub(crate) struct CompareArgs {
     pub(super) fail_below: Vec<Limit>,
 
     /// relMSE of the noise of the reference itself, to be subtracted
-    #[arg(long, value_name = "RELMSE", value_parser = positive)]
+    #[arg(long, value_name = "RELMSE", value_parser = positive, allow_negative_numbers = true)]
     pub(super) reference_noise: Option<f64>,
 
     /// A technique to compare, with settings if you like (path:max_depth=1); repeatable [default: path]
@@ -55,7 +55,7 @@ pub(crate) struct CompareArgs {
     #[arg(long, value_name = "N,…", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..=1 << 24), conflicts_with = "time_limit", help_heading = "Techniques on a scene")]
     pub(super) spp: Vec<u32>,
     /// Equal time: one or several budgets in seconds, with commas
-    #[arg(long, value_name = "SECONDS,…", value_delimiter = ',', value_parser = positive, help_heading = "Techniques on a scene")]
+    #[arg(long, value_name = "SECONDS,…", value_delimiter = ',', value_parser = positive, allow_negative_numbers = true, help_heading = "Techniques on a scene")]
     pub(super) time_limit: Vec<f64>,
     /// Columns and rows [default: the scene's]
     #[arg(long, value_name = "WxH", help_heading = "Techniques on a scene")]

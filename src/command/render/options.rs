@@ -29,10 +29,10 @@ pub(crate) struct RenderArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 24), help_heading = "When to stop (at the first that is reached)")]
     pub(super) spp: Option<u32>,
     /// Stop after this many seconds of rendering
-    #[arg(long, value_name = "SECONDS", value_parser = positive, help_heading = "When to stop (at the first that is reached)")]
+    #[arg(long, value_name = "SECONDS", value_parser = positive, allow_negative_numbers = true, help_heading = "When to stop (at the first that is reached)")]
     pub(super) time_limit: Option<f64>,
     /// Stop when the estimated relative error, averaged over pixels, is below this (0.02 is clean, 0.1 is noisy)
-    #[arg(long, value_name = "E", value_parser = positive, help_heading = "When to stop (at the first that is reached)")]
+    #[arg(long, value_name = "E", value_parser = positive, allow_negative_numbers = true, help_heading = "When to stop (at the first that is reached)")]
     pub(super) error: Option<f64>,
     /// How often light may scatter on its way to the eye; 1 is direct light only. Short for --set path.max_depth=N
     #[arg(long, value_name = "N")]
@@ -45,7 +45,7 @@ pub(crate) struct RenderArgs {
     #[arg(long, value_name = "A..B", help_heading = "Animation")]
     pub(super) frames: Option<FrameRange>,
     /// Frames per second [default: 24]
-    #[arg(long, value_name = "N", value_parser = positive, help_heading = "Animation")]
+    #[arg(long, value_name = "N", value_parser = positive, allow_negative_numbers = true, help_heading = "Animation")]
     pub(super) fps: Option<f64>,
 
     #[command(flatten)]
@@ -75,7 +75,7 @@ pub(crate) struct RenderArgs {
     #[arg(long, value_name = "FILE", help_heading = "Long renders")]
     pub(super) checkpoint: Option<PathBuf>,
     /// Seconds between two checkpoints
-    #[arg(long, value_name = "SECONDS", value_parser = positive, default_value = "30", help_heading = "Long renders")]
+    #[arg(long, value_name = "SECONDS", value_parser = positive, allow_negative_numbers = true, default_value = "30", help_heading = "Long renders")]
     pub(super) checkpoint_every: f64,
     /// Go on from the checkpoint, if there is one; the picture is the same to the bit as without a break
     #[arg(long, help_heading = "Long renders")]
