@@ -1,8 +1,8 @@
 //! How far the work is, on a terminal, in a log or for a program; and the checkpoints that are written on the way.
 
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, OnceLock};
 use std::time::{Duration, Instant};
 
 use halflight_render::{Budget, Film, Progress, checkpoint};
@@ -38,14 +38,14 @@ pub(crate) struct Meter<'a> {
     start: Instant,
     /// Milliseconds since the start when progress was last shown.
     shown_at: AtomicU64,
+    /// The fraction done when this run began, which is not this run's merit.
+    first: OnceLock<f64>,
     bar: Option<ProgressBar>,
     state: Mutex<State>,
 }
 
 /// What is known between passes.
 struct State {
-    /// The fraction when this run began, which is not this run's merit.
-    first: Option<f64>,
     samples: u32,
     error: Option<f64>,
     error_at: Instant,
@@ -63,8 +63,7 @@ impl<'a> Meter<'a> {
     ) -> Self {
         let style = console.progress_style();
         let now = Instant::now();
-        let state =
-            State { first: None, samples: 0, error: None, error_at: now, saved_at: now, save_failed: false };
+        let state = State { samples: 0, error: None, error_at: now, saved_at: now, save_failed: false };
         Self {
             console,
             style,
@@ -73,6 +72,7 @@ impl<'a> Meter<'a> {
             checkpoint,
             start: now,
             shown_at: AtomicU64::new(0),
+            first: OnceLock::new(),
             bar: (style == ProgressStyle::Bar).then(new_bar),
             state: Mutex::new(state),
         }
@@ -100,10 +100,10 @@ impl<'a> Meter<'a> {
     }
 
     fn show(&self, what: &str, done: u64, total: u64) {
-        let Ok(mut state) = self.state.lock() else { return };
+        let Ok(state) = self.state.lock() else { return };
         let elapsed = self.start.elapsed().as_secs_f64();
         let of_steps = done as f64 / total.max(1) as f64;
-        let first = *state.first.get_or_insert(of_steps);
+        let first = self.first.get().copied().unwrap_or(of_steps);
         let share = Share {
             of_steps,
             first,
@@ -177,6 +177,7 @@ impl<'a> Meter<'a> {
 
 impl Progress for Meter<'_> {
     fn report(&self, what: &str, done: u64, total: u64) {
+        self.first.get_or_init(|| done as f64 / total.max(1) as f64);
         if self.is_due() {
             self.show(what, done, total);
         }
