@@ -82,11 +82,10 @@ impl Scene {
             *description.materials.entry(kind_of(&material.kind)).or_default() += 1;
         }
         if let Some(environment) = &self.lights.environment {
-            let (image, mean) = (environment.map.image(), environment.mean_radiance());
+            let ((width, height), mean) = (environment.map.size(), environment.mean_radiance());
             let [r, g, b] = mean.to_array();
             let text = format!(
-                "environment of {} × {} texels, mean radiance ({r:.3}, {g:.3}, {b:.3})",
-                image.width, image.height
+                "environment of {width} × {height} texels, mean radiance ({r:.3}, {g:.3}, {b:.3})"
             );
             description.lights.push(text);
         }

@@ -26,86 +26,79 @@ pub fn uniform_sphere(u: Vec2) -> Vec3 {
     Vec3::new(radius * cos, radius * sin, z)
 }
 
-/// A discrete distribution that is inverted in expected constant time and keeps the order of its entries, so that
-/// stratified numbers choose stratified entries (which the alias method would not).
-///
-/// The cumulative weights stand in one array; a guide of equally many entries says where the search for a number
-/// in [k/n, (k+1)/n) begins (Chen and Asau, 1974).
+/// Fills `cumulative` (one longer than the weights, from 0 to 1) in proportion to `weights`, or evenly if they sum to
+/// zero or not to a finite number, and `guide` (as long as the weights) with the places where [`choose`] begins
+/// to search: for a number in [k/n, (k+1)/n) at `guide[k]` (Chen and Asau, 1974).
+pub(crate) fn cumulative(weights: &[f64], cumulative: &mut [f32], guide: &mut [u32]) {
+    let count = weights.len();
+    let sum: f64 = weights.iter().map(|w| w.max(0.0)).sum();
+    let usable = sum > 0.0 && sum.is_finite();
+    let mut running = 0.0;
+    cumulative[0] = 0.0;
+    for (i, weight) in weights.iter().enumerate() {
+        running += weight.max(0.0);
+        cumulative[i + 1] = if usable { running / sum } else { (i + 1) as f64 / count as f64 } as f32;
+    }
+    // Entries after the last one that can occur must not be reached by rounding.
+    let last = weights.iter().rposition(|&w| w > 0.0).filter(|_| usable).unwrap_or(count - 1);
+    cumulative[last + 1..].fill(1.0);
+    let mut entry = 0;
+    for (k, guide) in guide.iter_mut().enumerate() {
+        while entry + 1 < count && cumulative[entry + 1] <= k as f32 / count as f32 {
+            entry += 1;
+        }
+        *guide = entry as u32;
+    }
+}
+
+/// The entry that `u` in [0, 1) chooses, and a fresh number in [0, 1) made of what is left of `u`. Expected constant
+/// time. It keeps the order of the entries, so that stratified numbers choose stratified entries (which the alias
+/// method would not).
+#[inline]
+pub(crate) fn choose(cumulative: &[f32], guide: &[u32], u: f32) -> (usize, f32) {
+    let count = guide.len();
+    let mut entry = guide[((u * count as f32) as usize).min(count - 1)] as usize;
+    while entry + 1 < count && cumulative[entry + 1] <= u {
+        entry += 1;
+    }
+    // u · n is rounded: step back where that began one entry too late.
+    while entry > 0 && cumulative[entry] > u {
+        entry -= 1;
+    }
+    let probability = cumulative[entry + 1] - cumulative[entry];
+    let rest = if probability > 0.0 { (u - cumulative[entry]) / probability } else { 0.5 };
+    (entry, rest.clamp(0.0, 1.0 - f32::EPSILON))
+}
+
+/// A discrete distribution over a few things.
 #[derive(Clone, Debug)]
 pub struct Choice {
-    /// `cumulative[i]` is the probability of an entry before i; one more than there are entries, the last is 1.
     cumulative: Vec<f32>,
     guide: Vec<u32>,
 }
 
 impl Choice {
-    /// A distribution in proportion to `weights`, or uniform if they sum to zero or not to a finite number.
-    /// `None` if there are none.
-    pub fn new(weights: impl ExactSizeIterator<Item = f64>) -> Option<Self> {
-        let count = weights.len();
-        if count == 0 {
+    /// In proportion to `weights`, or even if they sum to zero or not to a finite number. `None` if there are none.
+    pub fn new(weights: &[f64]) -> Option<Self> {
+        if weights.is_empty() {
             return None;
         }
-        let mut sums = Vec::with_capacity(count + 1);
-        let mut sum = 0.0;
-        sums.push(0.0);
-        for weight in weights {
-            sum += weight.max(0.0);
-            sums.push(sum);
-        }
-        if !(sum > 0.0 && sum.is_finite()) {
-            sums = (0..=count).map(|i| i as f64).collect();
-            sum = count as f64;
-        }
-        let mut cumulative: Vec<f32> = sums.iter().map(|s| (s / sum) as f32).collect();
-        cumulative[count] = 1.0;
-        let mut guide = Vec::with_capacity(count);
-        let mut entry = 0;
-        for k in 0..count {
-            while cumulative[entry + 1] <= k as f32 / count as f32 && entry + 1 < count {
-                entry += 1;
-            }
-            guide.push(entry as u32);
-        }
-        Some(Self { cumulative, guide })
+        let mut choice = Self { cumulative: vec![0.0; weights.len() + 1], guide: vec![0; weights.len()] };
+        cumulative(weights, &mut choice.cumulative, &mut choice.guide);
+        Some(choice)
     }
 
-    /// How many entries there are.
-    pub fn len(&self) -> usize {
-        self.guide.len()
-    }
-
-    /// Whether there are no entries; a choice never is empty.
-    pub fn is_empty(&self) -> bool {
-        self.guide.is_empty()
-    }
-
-    /// The entry that `u` in [0, 1) chooses, its probability, and a fresh number in [0, 1) made of what is left of `u`.
+    /// The entry that `u` in [0, 1) chooses, and its probability.
     #[inline]
-    pub fn sample(&self, u: f32) -> (usize, f32, f32) {
-        let count = self.guide.len();
-        let mut entry = self.guide[((u * count as f32) as usize).min(count - 1)] as usize;
-        while entry + 1 < count && self.cumulative[entry + 1] <= u {
-            entry += 1;
-        }
-        // The guide is rounded as u · n is: step back where that went one entry too far.
-        while entry > 0 && self.cumulative[entry] > u {
-            entry -= 1;
-        }
-        let probability = self.probability(entry);
-        let rest = if probability > 0.0 { (u - self.cumulative[entry]) / probability } else { 0.5 };
-        (entry, probability, rest.clamp(0.0, 1.0 - f32::EPSILON))
+    pub fn sample(&self, u: f32) -> (usize, f32) {
+        let (entry, _) = choose(&self.cumulative, &self.guide, u);
+        (entry, self.probability(entry))
     }
 
     /// The probability of an entry.
     #[inline]
     pub fn probability(&self, entry: usize) -> f32 {
         self.cumulative[entry + 1] - self.cumulative[entry]
-    }
-
-    /// Memory it takes.
-    pub fn memory_bytes(&self) -> usize {
-        4 * (self.cumulative.len() + self.guide.len())
     }
 }
 
@@ -116,26 +109,26 @@ mod tests {
     #[test]
     fn a_choice_returns_entries_in_proportion_and_in_order() {
         let weights = [0.0, 1.0, 0.0, 3.0, 4.0, 0.0];
-        let choice = Choice::new(weights.into_iter()).unwrap();
+        let choice = Choice::new(&weights).unwrap();
         let mut counts = [0usize; 6];
         let mut last = 0;
         for i in 0..8000 {
-            let (entry, probability, rest) = choice.sample((i as f32 + 0.5) / 8000.0);
-            assert!(entry >= last && (0.0..1.0).contains(&rest));
+            let (entry, probability) = choice.sample((i as f32 + 0.5) / 8000.0);
+            assert!(entry >= last);
             assert!((f64::from(probability) - weights[entry] / 8.0).abs() < 1e-6);
             counts[entry] += 1;
             last = entry;
         }
         assert_eq!(counts, [0, 1000, 0, 3000, 4000, 0]);
-        assert!(Choice::new([0.0; 0].into_iter()).is_none());
-        assert_eq!(Choice::new([0.0, 0.0].into_iter()).unwrap().probability(1), 0.5);
+        assert!(Choice::new(&[]).is_none());
+        assert_eq!(Choice::new(&[0.0, 0.0]).unwrap().probability(1), 0.5);
     }
 
     #[test]
     fn the_largest_number_below_one_chooses_an_entry_that_can_occur() {
-        let choice = Choice::new([1.0, 1.0, 1e-12, 0.0].into_iter()).unwrap();
+        let choice = Choice::new(&[1.0, 1.0, 1e-12, 0.0]).unwrap();
         for u in [0.0, 0.5, 0.999_999_94] {
-            let (entry, probability, _) = choice.sample(u);
+            let (entry, probability) = choice.sample(u);
             assert!(probability > 0.0, "{u} {entry}");
         }
     }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::{Affine3A, Quat, Vec2, Vec3};
 use halflight_image::RgbImage;
 use halflight_material::{ColorInput, Material, MaterialKind};
-use halflight_scene::lights::{DeltaLight, Emitter, EmitterShape, Environment, EnvironmentMap, Lights};
+use halflight_scene::lights::{Arrival, DeltaLight, Emitter, EmitterShape, Environment, EnvironmentMap, Lights};
 
 fn shining(two_sided: bool) -> Arc<Material> {
     Arc::new(Material {
@@ -161,7 +161,11 @@ fn choosing_among_all_kinds_of_lights_gives_the_sum_of_their_irradiances() {
             let choice = (i as f32 * 0.754_877_7).fract();
             if let Some(sample) = lights.sample(Vec3::ZERO, choice, u, 0.0) {
                 let cosine = normal.dot(sample.direction).max(0.0);
-                sum += (sample.radiance * cosine / sample.pdf).as_dvec3() / f64::from(n);
+                let radiance = match sample.arrival {
+                    Arrival::Environment => lights.escaped(sample.direction),
+                    Arrival::From { radiance, .. } => radiance,
+                };
+                sum += (radiance * cosine / sample.pdf).as_dvec3() / f64::from(n);
             }
         }
         sum
@@ -193,7 +197,7 @@ fn the_density_of_hitting_an_emitter_includes_its_choice() {
         for (i, u) in lattice(300).enumerate() {
             let choice = (i as f32 * 0.754_877_7).fract();
             let sample = lights.sample(Vec3::ZERO, choice, u, 0.0).unwrap();
-            let point = sample.point.unwrap();
+            let Arrival::From { point: Some(point), .. } = sample.arrival else { unreachable!("no environment") };
             let found = (0..count)
                 .min_by(|&a, &b| {
                     let off = |k: usize| {

@@ -44,14 +44,26 @@ pub enum DeltaLight {
 pub struct LightSample {
     /// Unit direction towards the light.
     pub direction: Vec3,
-    /// The lit end of the shadow ray; `None` for a light at infinity.
-    pub point: Option<Vec3>,
-    /// Radiance; for a delta light, radiance times the solid angle that it stands for.
-    pub radiance: Vec3,
+    /// Where from, and how much.
+    pub arrival: Arrival,
     /// Density over solid angle, the choice of the light included; for a delta light, the probability of its choice.
     pub pdf: f32,
     /// Whether the light has no extent, so that no other way of sampling can find it.
     pub delta: bool,
+}
+
+/// Where light comes from.
+#[derive(Clone, Copy, Debug)]
+pub enum Arrival {
+    /// From the environment; [`Lights::escaped`] tells its radiance, for those who know that nothing is in the way.
+    Environment,
+    /// From a light.
+    From {
+        /// The lit end of the shadow ray; `None` for a light at infinity.
+        point: Option<Vec3>,
+        /// Radiance; for a delta light, radiance times the solid angle that it stands for.
+        radiance: Vec3,
+    },
 }
 
 /// All lights of a frame.
@@ -115,7 +127,8 @@ impl Lights {
         } else {
             Vec::new()
         };
-        let local_choice = Choice::new(strengths.iter().map(|&s| f64::from(s)));
+        let weights: Vec<f64> = strengths.iter().map(|&s| f64::from(s)).collect();
+        let local_choice = Choice::new(&weights);
         Self { environment, emitters, deltas, environment_probability, nearby, local_choice, lookup }
     }
 
@@ -144,9 +157,11 @@ impl Lights {
         self.environment.as_ref().map_or(Vec3::ZERO, |e| e.radiance(direction))
     }
 
-    /// Density over solid angle with which [`Self::sample`] chooses a direction that hits nothing.
-    pub fn escaped_pdf(&self, direction: Vec3) -> f32 {
-        self.environment.as_ref().map_or(0.0, |e| self.environment_probability * e.pdf(direction))
+    /// [`Self::escaped`], and the density over solid angle with which [`Self::sample`] chooses that direction.
+    pub fn escaped_and_pdf(&self, direction: Vec3) -> (Vec3, f32) {
+        let Some(environment) = &self.environment else { return (Vec3::ZERO, 0.0) };
+        let (radiance, pdf) = environment.radiance_and_pdf(direction);
+        (radiance, self.environment_probability * pdf)
     }
 
     /// The emitter that a primitive is.
@@ -165,15 +180,9 @@ impl Lights {
     /// Light for the point `from`; `None` where the chosen light cannot reach it.
     pub fn sample(&self, from: Vec3, u_choice: f32, u: Vec2, time: f32) -> Option<LightSample> {
         if u_choice < self.environment_probability {
-            let (direction, radiance, pdf) = self.environment.as_ref()?.sample(u);
+            let (direction, pdf) = self.environment.as_ref()?.sample(u);
             let pdf = pdf * self.environment_probability;
-            return (pdf > 0.0).then_some(LightSample {
-                direction,
-                point: None,
-                radiance,
-                pdf,
-                delta: false,
-            });
+            return (pdf > 0.0).then_some(LightSample { direction, arrival: Arrival::Environment, pdf, delta: false });
         }
         let rest = (u_choice - self.environment_probability) / (1.0 - self.environment_probability);
         let (index, chosen) = self.choose_local(rest, from)?;
@@ -184,7 +193,8 @@ impl Lights {
             let direction = to.normalize_or_zero();
             let radiance = emitter.radiance(sample.uv, sample.normal, -direction);
             let pdf = sample.pdf * chosen;
-            return Some(LightSample { direction, point: Some(sample.point), radiance, pdf, delta: false });
+            let arrival = Arrival::From { point: Some(sample.point), radiance };
+            return Some(LightSample { direction, arrival, pdf, delta: false });
         }
         match self.deltas[index - self.emitters.len()] {
             DeltaLight::Point { position: [open, close], intensity } => {
@@ -193,16 +203,14 @@ impl Lights {
                 let radiance = intensity / to.length_squared();
                 radiance.is_finite().then(|| LightSample {
                     direction: to.normalize(),
-                    point: Some(point),
-                    radiance,
+                    arrival: Arrival::From { point: Some(point), radiance },
                     pdf: chosen,
                     delta: true,
                 })
             }
             DeltaLight::Directional { towards, irradiance } => Some(LightSample {
                 direction: towards,
-                point: None,
-                radiance: irradiance,
+                arrival: Arrival::From { point: None, radiance: irradiance },
                 pdf: chosen,
                 delta: true,
             }),
@@ -229,10 +237,7 @@ impl Lights {
                 return last;
             }
         }
-        self.local_choice.as_ref().map(|choice| {
-            let (index, probability, _) = choice.sample(u);
-            (index, probability)
-        })
+        self.local_choice.as_ref().map(|choice| choice.sample(u))
     }
 
     fn local_probability(&self, index: usize, from: Vec3) -> f32 {

@@ -7,6 +7,7 @@
 
 use glam::{Vec2, Vec3};
 use halflight_scene::Frame;
+use halflight_scene::lights::Arrival;
 use halflight_trace::{Hit, Ray};
 
 use super::PathSettings;
@@ -39,8 +40,9 @@ impl Integrator<'_> {
         let mut departure: Option<Departure> = None;
         for depth in 0.. {
             let Some(found) = hit else {
-                let weight = departure.map_or(1.0, |d| balance(d.pdf, lights.escaped_pdf(ray.direction)));
-                radiance += self.bounded(throughput * lights.escaped(ray.direction) * weight, depth);
+                let (escaped, pdf) = lights.escaped_and_pdf(ray.direction);
+                let weight = departure.map_or(1.0, |d| balance(d.pdf, pdf));
+                radiance += self.bounded(throughput * escaped * weight, depth);
                 break;
             };
             let vertex = Vertex::new(frame, &ray, &found);
@@ -100,21 +102,28 @@ impl Integrator<'_> {
             return Vec3::ZERO;
         };
         let wi = vertex.to_local(light.direction);
-        if light.radiance == Vec3::ZERO || !vertex.same_side(light.direction, wi) {
+        if !vertex.same_side(light.direction, wi) {
             return Vec3::ZERO;
         }
         let (scattered, pdf) = vertex.bsdf.eval_pdf(vertex.wo, wi);
         if scattered == Vec3::ZERO {
             return Vec3::ZERO;
         }
-        let weight = if light.delta { 1.0 } else { balance(light.pdf, pdf) };
-        let contribution = scattered * light.radiance * (weight / light.pdf);
-        let shadow_ray = match light.point {
-            Some(point) => vertex.surface.spawn_to(point, time),
-            None => vertex.surface.spawn(light.direction, time),
+        let shadow_ray = match light.arrival {
+            Arrival::From { radiance, .. } if radiance == Vec3::ZERO => return Vec3::ZERO,
+            Arrival::From { point: Some(point), .. } => vertex.surface.spawn_to(point, time),
+            _ => vertex.surface.spawn(light.direction, time),
         };
         *rays += 1;
-        if self.frame.world.occluded(&shadow_ray) { Vec3::ZERO } else { contribution }
+        if self.frame.world.occluded(&shadow_ray) {
+            return Vec3::ZERO;
+        }
+        let radiance = match light.arrival {
+            Arrival::Environment => lights.escaped(light.direction),
+            Arrival::From { radiance, .. } => radiance,
+        };
+        let weight = if light.delta { 1.0 } else { balance(light.pdf, pdf) };
+        scattered * radiance * (weight / light.pdf)
     }
 
     fn weight_of_emitter(&self, departure: &Departure, vertex: &Vertex, time: f32) -> f32 {
