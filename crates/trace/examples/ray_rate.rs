@@ -48,7 +48,7 @@ fn print_rates(world: &World, name: &str, set: &str, rays: &[Ray], runs: usize) 
         let one = bench::measure(world, rays, question, 1, runs);
         let two = bench::measure(world, rays, question, 2, runs);
         println!(
-            "{name:<10} {set:<8} {:<12} {:>8.1} {:>8.1} {:>8.1} {:>8.3} {:>10.4}",
+            "{name:<10} {set:<8} {:<17} {:>8.1} {:>8.1} {:>8.1} {:>8.3} {:>10.4}",
             question.name(),
             one.mrays_per_cpu_second,
             two.mrays_per_cpu_second,
@@ -71,9 +71,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             _ => files.push(PathBuf::from(argument)),
         }
     }
-    println!("rays: million per second; x64: asked in packets of 64; instructions: {}", simd.name());
+    println!("rays: million per second; together: asked in slices of 1024, which are traced in packets of 64; instructions: {}", simd.name());
     println!(
-        "{:<10} {:<8} {:<12} {:>8} {:>8} {:>8} {:>8} {:>10}",
+        "{:<10} {:<8} {:<17} {:>8} {:>8} {:>8} {:>8} {:>10}",
         "mesh", "rays", "question", "1t /cpu", "2t /cpu", "2t wall", "hits", "mean t"
     );
     for file in &files {

@@ -2,8 +2,9 @@
 
 use glam::{Vec2, Vec3};
 
-/// A ray, from its origin to `t_max`.
+/// A ray, from its origin to `t_max`. Eight floats in this order, which packets of rays rely on.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
 pub struct Ray {
     /// Where it starts.
     pub origin: Vec3,

@@ -22,11 +22,11 @@ pub use rays::{View, bounce_rays, primary_rays, random_rays};
 pub enum Question {
     /// The nearest hit, one ray at a time.
     Closest,
-    /// The nearest hit, 64 rays at a time.
+    /// The nearest hit, 1024 rays at a time.
     ClosestPacket,
     /// Any hit, one ray at a time.
     Occluded,
-    /// Any hit, 64 rays at a time.
+    /// Any hit, 1024 rays at a time.
     OccludedPacket,
 }
 
@@ -40,9 +40,9 @@ impl Question {
     pub fn name(self) -> &'static str {
         match self {
             Question::Closest => "closest",
-            Question::ClosestPacket => "closest x64",
+            Question::ClosestPacket => "closest, together",
             Question::Occluded => "any",
-            Question::OccludedPacket => "any x64",
+            Question::OccludedPacket => "any, together",
         }
     }
 }
@@ -125,16 +125,16 @@ fn ask(world: &World, rays: &[Ray], question: Question) -> (usize, f64) {
     match question {
         Question::Closest => rays.iter().for_each(|ray| note(&world.closest(ray))),
         Question::ClosestPacket => {
-            let mut found = [None; 64];
-            for chunk in rays.chunks(64) {
+            let mut found = [None; 1024];
+            for chunk in rays.chunks(1024) {
                 world.closest_packet(chunk, &mut found);
                 found[..chunk.len()].iter().for_each(&mut note);
             }
         }
         Question::Occluded => hits = rays.iter().filter(|ray| world.occluded(ray)).count(),
         Question::OccludedPacket => {
-            let mut blocked = [false; 64];
-            for chunk in rays.chunks(64) {
+            let mut blocked = [false; 1024];
+            for chunk in rays.chunks(1024) {
                 world.occluded_packet(chunk, &mut blocked);
                 hits += blocked[..chunk.len()].iter().filter(|&&blocked| blocked).count();
             }

@@ -6,16 +6,15 @@
 #![allow(unsafe_code)]
 
 use std::marker::PhantomData;
-use std::mem::MaybeUninit;
 
 use super::MeshTracer;
-use super::packet::{self, PACKET, Packet, Sorting, first_rays};
+use super::packet::{self, Columns, IN_ORDER, PACKET, Packet, Sorting, first_rays, hit_in};
 use super::triangle::{ShearRay, hit_block};
 use super::walk::{BoxRay, Visitor, walk};
 use crate::simd::{Lanes, Plain, Simd};
 #[cfg(target_arch = "x86_64")]
 use crate::simd::{Wide8, Wide16};
-use crate::{LocalHit, Ray};
+use crate::{Hit, LocalHit, Ray};
 
 /// The leaves of a mesh, for one ray. With `ANY` the first hit found ends the walk.
 struct Triangles<'a, V, const MOVING: bool, const ANY: bool> {
@@ -94,25 +93,44 @@ fn occluded_any<V: Lanes>(mesh: &MeshTracer, ray: &Ray) -> bool {
 }
 
 #[inline(always)]
-fn closest_chunk_body<V: Lanes, G: Lanes>(mesh: &MeshTracer, rays: &[Ray], hits: &mut [Option<LocalHit>]) {
-    hits.fill(None);
-    if mesh.tree.nodes.is_empty() {
+fn closest_chunk_body<V: Lanes, G: Lanes>(
+    mesh: &MeshTracer,
+    rays: &[Ray],
+    instance: u32,
+    hits: &mut [Option<Hit>],
+) {
+    if mesh.tree.nodes.is_empty() || rays.is_empty() {
+        hits.fill(None);
         return;
     }
+    let mut columns = Columns::EMPTY;
+    let mut packet = Packet::EMPTY;
+    columns.gather::<V>(rays, &IN_ORDER[..rays.len()]);
+    if columns.go_together::<G>(rays.len()) {
+        packet.prepare::<G>(&rays[0], &columns, &mesh.reach);
+        packet::trace::<V, G, false>(mesh, &mut packet, first_rays(rays.len()));
+        for (place, hit) in hits.iter_mut().enumerate() {
+            *hit = packet.hit(place, instance);
+        }
+        return;
+    }
+    hits.fill(None);
     let mut sorting = Sorting::new(rays);
     let mut chosen = [0; PACKET];
     while let Some((count, together)) = sorting.next(&mut chosen) {
         let chosen = &chosen[..count];
         if together {
-            let mut packet = MaybeUninit::uninit();
-            let packet = Packet::new(rays, chosen, &mesh.reach, &mut packet);
-            packet::trace::<V, G, false>(mesh, packet, first_rays(count));
+            columns.gather::<V>(rays, chosen);
+            packet = Packet::EMPTY;
+            packet.prepare::<G>(&rays[chosen[0] as usize], &columns, &mesh.reach);
+            packet::trace::<V, G, false>(mesh, &mut packet, first_rays(count));
             for (place, &ray) in chosen.iter().enumerate() {
-                hits[ray as usize] = packet.hit(place);
+                hits[ray as usize] = packet.hit(place, instance);
             }
         } else {
             for &ray in chosen {
-                hits[ray as usize] = closest_body::<V, false>(mesh, &rays[ray as usize]);
+                let hit = closest_body::<V, false>(mesh, &rays[ray as usize]);
+                hits[ray as usize] = hit.and_then(|hit| hit_in(instance, &hit));
             }
         }
     }
@@ -121,17 +139,24 @@ fn closest_chunk_body<V: Lanes, G: Lanes>(mesh: &MeshTracer, rays: &[Ray], hits:
 #[inline(always)]
 fn occluded_chunk_body<V: Lanes, G: Lanes>(mesh: &MeshTracer, rays: &[Ray]) -> u64 {
     let mut blocked = 0;
-    if mesh.tree.nodes.is_empty() {
+    if mesh.tree.nodes.is_empty() || rays.is_empty() {
         return blocked;
+    }
+    let mut columns = Columns::EMPTY;
+    let mut packet = Packet::EMPTY;
+    columns.gather::<V>(rays, &IN_ORDER[..rays.len()]);
+    if columns.go_together::<G>(rays.len()) {
+        packet.prepare::<G>(&rays[0], &columns, &mesh.reach);
+        return packet::trace::<V, G, true>(mesh, &mut packet, first_rays(rays.len()));
     }
     let mut sorting = Sorting::new(rays);
     let mut chosen = [0; PACKET];
     while let Some((count, together)) = sorting.next(&mut chosen) {
         let chosen = &chosen[..count];
         if together {
-            let mut packet = MaybeUninit::uninit();
-            let packet = Packet::new(rays, chosen, &mesh.reach, &mut packet);
-            let found = packet::trace::<V, G, true>(mesh, packet, first_rays(count));
+            columns.gather::<V>(rays, chosen);
+            packet.prepare::<G>(&rays[chosen[0] as usize], &columns, &mesh.reach);
+            let found = packet::trace::<V, G, true>(mesh, &mut packet, first_rays(count));
             for (place, &ray) in chosen.iter().enumerate() {
                 blocked |= (found >> place & 1) << ray;
             }
@@ -162,8 +187,8 @@ macro_rules! level {
             }
 
             #[target_feature(enable = $features)]
-            pub(super) fn closest_chunk(mesh: &MeshTracer, rays: &[Ray], hits: &mut [Option<LocalHit>]) {
-                closest_chunk_body::<$v, $g>(mesh, rays, hits);
+            pub(super) fn closest_chunk(mesh: &MeshTracer, rays: &[Ray], instance: u32, hits: &mut [Option<Hit>]) {
+                closest_chunk_body::<$v, $g>(mesh, rays, instance, hits);
             }
 
             #[target_feature(enable = $features)]
@@ -207,15 +232,22 @@ pub(crate) fn occluded(simd: Simd, mesh: &MeshTracer, ray: &Ray) -> bool {
     at_level!(simd, occluded(mesh, ray), occluded_any::<Plain>(mesh, ray))
 }
 
-/// [`closest`] for up to 64 rays, usable or not.
-pub(crate) fn closest_chunk(simd: Simd, mesh: &MeshTracer, rays: &[Ray], hits: &mut [Option<LocalHit>]) {
+/// [`closest`] for up to 64 rays, usable or not, with the instance that the mesh is.
+pub(crate) fn closest_chunk(
+    simd: Simd,
+    mesh: &MeshTracer,
+    rays: &[Ray],
+    instance: u32,
+    hits: &mut [Option<Hit>],
+) {
     if simd == Simd::Baseline || mesh.is_moving() {
         for (ray, hit) in rays.iter().zip(hits) {
-            *hit = if ray.is_usable() { closest(simd, mesh, ray) } else { None };
+            let found = if ray.is_usable() { closest(simd, mesh, ray) } else { None };
+            *hit = found.and_then(|found| hit_in(instance, &found));
         }
         return;
     }
-    at_level!(simd, closest_chunk(mesh, rays, hits), ());
+    at_level!(simd, closest_chunk(mesh, rays, instance, hits), ());
 }
 
 /// [`occluded`] for up to 64 rays, usable or not: a bit for each.

@@ -24,7 +24,7 @@ use super::node::{LEAF, Tree};
 use super::triangle::{Edges, ShearRay, distances, edges, hit_block, wins};
 use super::walk::{BoxRay, CORNER_ROUNDINGS, FAR_SCALE, LEAST_COMPONENT, Reach, Visitor, walk};
 use crate::simd::{Lanes, ROUNDOFF};
-use crate::{LocalHit, Ray};
+use crate::{Hit, LocalHit, Ray};
 
 /// Rays in a packet: an 8 × 8 tile of pixels, and the bits of a word.
 pub(crate) const PACKET: usize = 64;
@@ -70,6 +70,24 @@ struct Beam {
     far_origin: [f32; 3],
 }
 
+/// A hit in an instance; none if nothing was found.
+#[inline(always)]
+pub(crate) fn hit_in(instance: u32, hit: &LocalHit) -> Option<Hit> {
+    let found = hit.primitive != u32::MAX;
+    found.then_some(Hit { t: hit.t, instance, primitive: hit.primitive, u: hit.u, v: hit.v })
+}
+
+/// The numbers of rays that are taken as they come.
+pub(crate) const IN_ORDER: [u8; PACKET] = {
+    let mut places = [0; PACKET];
+    let mut i = 0;
+    while i < PACKET {
+        places[i] = i as u8;
+        i += 1;
+    }
+    places
+};
+
 /// The octant and longest axis of a ray; rays of one packet have it in common.
 #[inline(always)]
 pub(crate) fn class_of(ray: &Ray) -> u8 {
@@ -84,96 +102,190 @@ fn at<V: Lanes>(values: &Values, group: usize) -> V {
     V::load(&values[group * V::N..(group + 1) * V::N])
 }
 
-impl Packet {
-    /// Makes rays ready: those that `chosen` names, all of one class. The places beyond repeat the first of them.
+/// Loads a register's worth of three coordinates.
+#[inline(always)]
+fn three<V: Lanes>(values: &[Values; 3], group: usize) -> [V; 3] {
+    [at(&values[0], group), at(&values[1], group), at(&values[2], group)]
+}
+
+/// |x|.
+#[inline(always)]
+fn magnitude<G: Lanes>(x: G) -> G {
+    x.max(G::splat(0.0).sub(x))
+}
+
+#[inline(always)]
+fn lowest<G: Lanes>(values: G) -> f32 {
+    -G::splat(0.0).sub(values).highest()
+}
+
+/// Rays, a coordinate at a time.
+#[repr(C, align(64))]
+pub(crate) struct Columns {
+    origins: [Values; 3],
+    directions: [Values; 3],
+    ends: Values,
+}
+
+impl Columns {
+    pub(crate) const EMPTY: Columns =
+        Columns { origins: [[0.0; PACKET]; 3], directions: [[0.0; PACKET]; 3], ends: [0.0; PACKET] };
+
+    /// The rays that `chosen` names. The places beyond repeat the first of them, with no length.
     #[inline(always)]
-    pub(crate) fn new<'a>(
-        rays: &[Ray],
-        chosen: &[u8],
-        reach: &Reach,
-        room: &'a mut MaybeUninit<Packet>,
-    ) -> &'a mut Packet {
-        let first = rays[chosen[0] as usize];
-        let shear_of_first = ShearRay::new(&first);
-        let axes = shear_of_first.axes;
-        let near_row = BoxRay::new(&first, reach).near_row;
-        let mut origins = [[0.0_f32; PACKET]; 3];
-        let mut directions = [[0.0_f32; PACKET]; 3];
-        let mut t = [0.0_f32; PACKET];
-        for place in 0..PACKET {
-            let ray = &rays[chosen[if place < chosen.len() { place } else { 0 }] as usize];
-            let (o, d) = (ray.origin, ray.direction);
-            (origins[0][place], origins[1][place], origins[2][place]) = (o.x, o.y, o.z);
-            (directions[0][place], directions[1][place], directions[2][place]) = (d.x, d.y, d.z);
-            t[place] = ray.t_max;
+    pub(crate) fn gather<V: Lanes>(&mut self, rays: &[Ray], chosen: &[u8]) {
+        for block in 0..PACKET / 8 {
+            let mut rows = [V::splat(0.0); 8];
+            for (lane, row) in rows.iter_mut().enumerate() {
+                let place = block * 8 + lane;
+                let ray = &rays[chosen[if place < chosen.len() { place } else { 0 }] as usize];
+                // SAFETY: a ray is eight floats in C's order.
+                *row = V::load(unsafe { &*std::ptr::from_ref(ray).cast::<[f32; 8]>() });
+            }
+            let [ox, oy, oz, dx, dy, dz, end, _] = V::transpose(rows);
+            let span = block * 8..block * 8 + 8;
+            ox.store(&mut self.origins[0][span.clone()]);
+            oy.store(&mut self.origins[1][span.clone()]);
+            oz.store(&mut self.origins[2][span.clone()]);
+            dx.store(&mut self.directions[0][span.clone()]);
+            dy.store(&mut self.directions[1][span.clone()]);
+            dz.store(&mut self.directions[2][span.clone()]);
+            end.store(&mut self.ends[span]);
         }
-        // From here on as `BoxRay::new` and `ShearRay::new`, operation by operation.
+        self.ends[chosen.len()..].fill(0.0);
+    }
+
+    /// Whether all rays, of which there are `count`, are usable, of one class, and close in direction.
+    #[inline(always)]
+    pub(crate) fn go_together<G: Lanes>(&self, count: usize) -> bool {
+        let none = G::splat(0.0);
+        let all = group_mask::<G>();
+        let (mut usable, mut signs, mut mains) = (true, [(0, all); 3], [(0, all); 3]);
+        let mut low = [G::splat(f32::INFINITY); 3];
+        let mut high = [G::splat(f32::NEG_INFINITY); 3];
+        for group in 0..PACKET / G::N {
+            let [ox, oy, oz] = three::<G>(&self.origins, group);
+            let d = three::<G>(&self.directions, group);
+            let [dx, dy, dz] = d;
+            let sum = ox.add(oy).add(oz).add(dx.add(dy).add(dz));
+            let [ax, ay, az] = [magnitude(dx), magnitude(dy), magnitude(dz)];
+            let finite = sum.mul(none).eq(none);
+            let moving = none.lt(ax.max(ay).max(az));
+            let started = none.lt(at::<G>(&self.ends, group));
+            // Places beyond the last ray repeat the first, but for their end.
+            let beyond = !(first_rays(count) >> (group * G::N)) as u32;
+            usable &= (finite & moving & (started | beyond)) & all == all;
+            // The longest axis as `main_axis` finds it.
+            let x = ay.le(ax) & az.le(ax);
+            let y = az.le(ay) & !x;
+            let main = [x, y, !x & !y];
+            for axis in 0..3 {
+                let negative = d[axis].negative();
+                signs[axis] = (signs[axis].0 | negative, signs[axis].1 & negative);
+                mains[axis] = (mains[axis].0 | main[axis] & all, mains[axis].1 & main[axis]);
+                low[axis] = d[axis].min(low[axis]);
+                high[axis] = d[axis].max(high[axis]);
+            }
+        }
+        if !usable || count < SMALLEST_PACKET {
+            return false;
+        }
+        let (mut spread, mut longest) = (0.0_f32, 0.0_f32);
+        for axis in 0..3 {
+            let one = |(any, every): (u32, u32)| any == 0 || every == all;
+            if !one(signs[axis]) || !one(mains[axis]) {
+                return false;
+            }
+            let (low, high) = (lowest(low[axis]), high[axis].highest());
+            spread = spread.max(high - low);
+            longest = longest.max(high.abs()).max(low.abs());
+        }
+        spread < WIDEST_PACKET * longest
+    }
+}
+
+impl Packet {
+    /// A packet of no rays.
+    pub(crate) const EMPTY: Packet = Packet {
+        inverse: [[0.0; PACKET]; 3],
+        near_shift: [[0.0; PACKET]; 3],
+        far_inverse: [[0.0; PACKET]; 3],
+        far_shift: [[0.0; PACKET]; 3],
+        origin: [[0.0; PACKET]; 3],
+        shear: [[0.0; PACKET]; 3],
+        t: [0.0; PACKET],
+        u: [0.0; PACKET],
+        v: [0.0; PACKET],
+        primitive: [u32::MAX; PACKET],
+        near_row: [0; 3],
+        axes: [0; 3],
+        beam: Beam { inverse: [[0.0; 2]; 3], near_origin: [0.0; 3], far_origin: [0.0; 3] },
+    };
+
+    /// Makes rays of one class ready, of which `first` is one: as `BoxRay::new` and `ShearRay::new`, operation by
+    /// operation, a register of rays at a time.
+    #[inline(always)]
+    pub(crate) fn prepare<G: Lanes>(&mut self, first: &Ray, columns: &Columns, reach: &Reach) {
+        let Columns { origins, directions, ends } = columns;
+        self.t = *ends;
+        self.axes = ShearRay::new(first).axes;
+        self.near_row = BoxRay::new(first, reach).near_row;
         let (centre, half) = reach.parts();
-        let mut least = [0.0_f32; PACKET];
-        let mut margin = [0.0_f32; PACKET];
-        for i in 0..PACKET {
-            let largest = directions[0][i].abs().max(directions[1][i].abs()).max(directions[2][i].abs());
-            least[i] = largest * LEAST_COMPONENT;
-            let mut farthest = 0.0_f32;
-            let mut size = 0.0_f32;
+        let forward = [0, 1, 2].map(|axis: usize| self.near_row[axis] & 1 == 0);
+        let none = G::splat(0.0);
+        let mut widest = none;
+        let mut low = [[G::splat(f32::INFINITY); 2]; 3];
+        let mut high = [[G::splat(f32::NEG_INFINITY); 2]; 3];
+        for group in 0..PACKET / G::N {
+            let span = group * G::N..(group + 1) * G::N;
+            let (mut largest, mut farthest, mut size) = (none, none, none);
             for axis in 0..3 {
-                farthest = farthest.max((origins[axis][i] - centre[axis]).abs() + half[axis]);
-                size = size.max(origins[axis][i].abs());
+                let (o, d) = (at::<G>(&origins[axis], group), at::<G>(&directions[axis], group));
+                largest = magnitude(d).max(largest);
+                farthest = magnitude(o.sub(G::splat(centre[axis]))).add(G::splat(half[axis])).max(farthest);
+                size = magnitude(o).max(size);
             }
-            margin[i] = (CORNER_ROUNDINGS * ROUNDOFF) * farthest + (4.0 * ROUNDOFF) * size;
+            let least = largest.mul(G::splat(LEAST_COMPONENT));
+            let margin = G::splat(CORNER_ROUNDINGS * ROUNDOFF)
+                .mul(farthest)
+                .add(G::splat(4.0 * ROUNDOFF).mul(size));
+            widest = margin.max(widest);
+            for axis in 0..3 {
+                let (o, d) = (at::<G>(&origins[axis], group), at::<G>(&directions[axis], group));
+                let sign = G::splat(if forward[axis] { 1.0 } else { -1.0 });
+                let inverse = G::splat(1.0).div(magnitude(d).max(least).mul(sign));
+                let slack = margin.mul(magnitude(inverse));
+                let product = o.mul(inverse);
+                inverse.store(&mut self.inverse[axis][span.clone()]);
+                product.add(slack).store(&mut self.near_shift[axis][span.clone()]);
+                inverse.mul(G::splat(FAR_SCALE)).store(&mut self.far_inverse[axis][span.clone()]);
+                product.sub(slack).mul(G::splat(FAR_SCALE)).store(&mut self.far_shift[axis][span.clone()]);
+                low[axis] = [inverse.min(low[axis][0]), o.min(low[axis][1])];
+                high[axis] = [inverse.max(high[axis][0]), o.max(high[axis][1])];
+            }
+            let [x, y, z] = self.axes;
+            let inverse = G::splat(1.0).div(at::<G>(&directions[z], group));
+            at::<G>(&directions[x], group).mul(inverse).store(&mut self.shear[0][span.clone()]);
+            at::<G>(&directions[y], group).mul(inverse).store(&mut self.shear[1][span.clone()]);
+            inverse.store(&mut self.shear[2][span.clone()]);
         }
-        let packet = room.as_mut_ptr();
-        let mut beam = Beam { inverse: [[0.0; 2]; 3], near_origin: [0.0; 3], far_origin: [0.0; 3] };
-        // SAFETY: each field is written once and none is read before; `packet` is valid for writes.
-        unsafe {
-            for axis in 0..3 {
-                let mut low = [f32::INFINITY; 2];
-                let mut high = [f32::NEG_INFINITY; 2];
-                let mut widest = 0.0_f32;
-                for i in 0..PACKET {
-                    let component = directions[axis][i].abs().max(least[i]).copysign(directions[axis][i]);
-                    let inverse = 1.0 / component;
-                    let slack = margin[i] * inverse.abs();
-                    (*packet).inverse[axis][i] = inverse;
-                    (*packet).near_shift[axis][i] = origins[axis][i] * inverse + slack;
-                    (*packet).far_inverse[axis][i] = inverse * FAR_SCALE;
-                    (*packet).far_shift[axis][i] = (origins[axis][i] * inverse - slack) * FAR_SCALE;
-                    low = [low[0].min(inverse), low[1].min(origins[axis][i])];
-                    high = [high[0].max(inverse), high[1].max(origins[axis][i])];
-                    widest = widest.max(margin[i]);
-                }
-                beam.inverse[axis] = [low[0], high[0]];
-                // Twice the margin of a single ray: the rest is for the rounding of the test itself.
-                let (low, high) = (low[1] - 2.0 * widest, high[1] + 2.0 * widest);
-                let forward = near_row[axis] & 1 == 0;
-                beam.near_origin[axis] = if forward { high } else { low };
-                beam.far_origin[axis] = if forward { low } else { high };
-            }
-            for i in 0..PACKET {
-                let inverse = 1.0 / directions[axes[2]][i];
-                (*packet).shear[0][i] = directions[axes[0]][i] * inverse;
-                (*packet).shear[1][i] = directions[axes[1]][i] * inverse;
-                (*packet).shear[2][i] = inverse;
-            }
-            for place in 0..3 {
-                (*packet).origin[place] = origins[axes[place]];
-            }
-            (*packet).t = t;
-            (*packet).u = [0.0; PACKET];
-            (*packet).v = [0.0; PACKET];
-            (*packet).primitive = [u32::MAX; PACKET];
-            (*packet).near_row = near_row;
-            (*packet).axes = axes;
-            (*packet).beam = beam;
-            room.assume_init_mut()
+        for place in 0..3 {
+            self.origin[place] = origins[self.axes[place]];
+        }
+        // Twice the margin of a single ray: the rest is for the rounding of the test itself.
+        let margin = 2.0 * widest.highest();
+        for axis in 0..3 {
+            self.beam.inverse[axis] = [lowest(low[axis][0]), high[axis][0].highest()];
+            let (low, high) = (lowest(low[axis][1]) - margin, high[axis][1].highest() + margin);
+            self.beam.near_origin[axis] = if forward[axis] { high } else { low };
+            self.beam.far_origin[axis] = if forward[axis] { low } else { high };
         }
     }
 
-    /// What a ray has found.
+    /// What a ray has found in an instance.
     #[inline(always)]
-    pub(crate) fn hit(&self, ray: usize) -> Option<LocalHit> {
-        let hit = self.best(ray);
-        (hit.primitive != u32::MAX).then_some(hit)
+    pub(crate) fn hit(&self, ray: usize, instance: u32) -> Option<Hit> {
+        hit_in(instance, &self.best(ray))
     }
 
     #[inline(always)]
@@ -211,15 +323,24 @@ impl Packet {
         ShearRay { axes: self.axes, origin: of(&self.origin), shear: of(&self.shear), time: 0.0 }
     }
 
-    /// The farthest end of some rays.
+    /// The farthest end of all rays.
     #[inline(always)]
-    fn farthest_end(&self, rays: u64) -> f32 {
-        let mut end = 0.0_f32;
-        for i in 0..PACKET {
-            let t = if rays >> i & 1 != 0 { self.t[i] } else { 0.0 };
-            end = if t > end { t } else { end };
+    fn farthest_end<G: Lanes>(&self) -> f32 {
+        let mut end = G::splat(0.0);
+        for group in 0..PACKET / G::N {
+            end = at::<G>(&self.t, group).max(end);
         }
-        end
+        end.highest()
+    }
+
+    /// Ends rays that are done with at once, so that nothing is far enough for them any more.
+    #[inline(always)]
+    fn finish(&mut self, rays: u64) {
+        let mut rest = rays;
+        while rest != 0 {
+            self.t[rest.trailing_zeros() as usize & (PACKET - 1)] = 0.0;
+            rest &= rest - 1;
+        }
     }
 
     /// The rays, of those given, that meet a child's box; where they enter it is written to `nears`.
@@ -434,7 +555,7 @@ pub(crate) unsafe fn walk_packet<V: Lanes, G: Lanes, C: Crowd>(
     let mut height = 0_usize;
     let mut nears = [0.0_f32; PACKET];
     let mut done = 0_u64;
-    let mut end = packet.farthest_end(rays);
+    let mut end = packet.farthest_end::<G>();
     // The node to open next, with the rays that reach it.
     let mut opened = Some((0_u32, rays));
     loop {
@@ -487,8 +608,9 @@ pub(crate) unsafe fn walk_packet<V: Lanes, G: Lanes, C: Crowd>(
         if child & LEAF != 0 {
             let (finished, changed) = crowd.leaf(packet, child & !LEAF, met, &nears);
             done |= finished;
+            packet.finish(finished);
             if changed || finished != 0 {
-                end = packet.farthest_end(rays & !done);
+                end = packet.farthest_end::<G>();
             }
         } else if met.count_ones() <= ALONE {
             let mut rest = met;
@@ -497,7 +619,8 @@ pub(crate) unsafe fn walk_packet<V: Lanes, G: Lanes, C: Crowd>(
                 rest &= rest - 1;
                 done |= u64::from(crowd.alone(packet, child, ray)) << ray;
             }
-            end = packet.farthest_end(rays & !done);
+            packet.finish(done & met);
+            end = packet.farthest_end::<G>();
         } else {
             opened = Some((child, met));
         }

@@ -31,6 +31,12 @@ pub(crate) trait Lanes: Copy {
     fn le(self, other: Self) -> u32;
     fn lt(self, other: Self) -> u32;
     fn eq(self, other: Self) -> u32;
+    /// One bit for each lane whose sign is minus, −0 included.
+    fn negative(self) -> u32;
+    /// The largest lane; none is NaN.
+    fn highest(self) -> f32;
+    /// Rows to columns, for eight rows of the first eight lanes.
+    fn transpose(rows: [Self; 8]) -> [Self; 8];
 }
 
 /// Eight lanes in plain Rust.
@@ -127,5 +133,23 @@ impl Lanes for Plain {
     #[inline(always)]
     fn eq(self, other: Self) -> u32 {
         self.bits(other, |a, b| a == b)
+    }
+    #[inline(always)]
+    fn negative(self) -> u32 {
+        self.bits(self, |a, _| a.is_sign_negative())
+    }
+    #[inline(always)]
+    fn highest(self) -> f32 {
+        self.0.iter().fold(f32::NEG_INFINITY, |a, &b| if b > a { b } else { a })
+    }
+    #[inline(always)]
+    fn transpose(rows: [Self; 8]) -> [Self; 8] {
+        let mut columns = rows;
+        for i in 0..8 {
+            for j in 0..8 {
+                columns[i].0[j] = rows[j].0[i];
+            }
+        }
+        columns
     }
 }

@@ -107,6 +107,46 @@ impl Lanes for Wide8 {
         // SAFETY: as the module says.
         unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_EQ_OQ>(self.0, other.0)) as u32 }
     }
+    #[inline(always)]
+    fn negative(self) -> u32 {
+        // SAFETY: as the module says.
+        unsafe { _mm256_movemask_ps(self.0) as u32 }
+    }
+    #[inline(always)]
+    fn highest(self) -> f32 {
+        // SAFETY: as the module says.
+        unsafe {
+            let four = _mm_max_ps(_mm256_castps256_ps128(self.0), _mm256_extractf128_ps::<1>(self.0));
+            let two = _mm_max_ps(four, _mm_movehl_ps(four, four));
+            _mm_cvtss_f32(_mm_max_ss(two, _mm_shuffle_ps::<1>(two, two)))
+        }
+    }
+    #[inline(always)]
+    fn transpose(rows: [Self; 8]) -> [Self; 8] {
+        // Pairs of rows, then pairs of pairs, then halves.
+        // SAFETY: as the module says.
+        unsafe {
+            let [Wide8(a), Wide8(b), Wide8(c), Wide8(d), Wide8(e), Wide8(f), Wide8(g), Wide8(h)] = rows;
+            let (ab0, ab1) = (_mm256_unpacklo_ps(a, b), _mm256_unpackhi_ps(a, b));
+            let (cd0, cd1) = (_mm256_unpacklo_ps(c, d), _mm256_unpackhi_ps(c, d));
+            let (ef0, ef1) = (_mm256_unpacklo_ps(e, f), _mm256_unpackhi_ps(e, f));
+            let (gh0, gh1) = (_mm256_unpacklo_ps(g, h), _mm256_unpackhi_ps(g, h));
+            let (p0, p1) = (_mm256_shuffle_ps::<0x44>(ab0, cd0), _mm256_shuffle_ps::<0xee>(ab0, cd0));
+            let (p2, p3) = (_mm256_shuffle_ps::<0x44>(ab1, cd1), _mm256_shuffle_ps::<0xee>(ab1, cd1));
+            let (q0, q1) = (_mm256_shuffle_ps::<0x44>(ef0, gh0), _mm256_shuffle_ps::<0xee>(ef0, gh0));
+            let (q2, q3) = (_mm256_shuffle_ps::<0x44>(ef1, gh1), _mm256_shuffle_ps::<0xee>(ef1, gh1));
+            [
+                Wide8(_mm256_permute2f128_ps::<0x20>(p0, q0)),
+                Wide8(_mm256_permute2f128_ps::<0x20>(p1, q1)),
+                Wide8(_mm256_permute2f128_ps::<0x20>(p2, q2)),
+                Wide8(_mm256_permute2f128_ps::<0x20>(p3, q3)),
+                Wide8(_mm256_permute2f128_ps::<0x31>(p0, q0)),
+                Wide8(_mm256_permute2f128_ps::<0x31>(p1, q1)),
+                Wide8(_mm256_permute2f128_ps::<0x31>(p2, q2)),
+                Wide8(_mm256_permute2f128_ps::<0x31>(p3, q3)),
+            ]
+        }
+    }
 }
 
 impl Lanes for Wide16 {
@@ -196,5 +236,19 @@ impl Lanes for Wide16 {
     fn eq(self, other: Self) -> u32 {
         // SAFETY: as the module says.
         unsafe { u32::from(_mm512_cmp_ps_mask::<_CMP_EQ_OQ>(self.0, other.0)) }
+    }
+    #[inline(always)]
+    fn negative(self) -> u32 {
+        // SAFETY: as the module says.
+        unsafe { u32::from(_mm512_movepi32_mask(_mm512_castps_si512(self.0))) }
+    }
+    #[inline(always)]
+    fn highest(self) -> f32 {
+        // SAFETY: as the module says.
+        unsafe { _mm512_reduce_max_ps(self.0) }
+    }
+    #[inline(always)]
+    fn transpose(rows: [Self; 8]) -> [Self; 8] {
+        unreachable!("only eight-lane registers are transposed: {} rows", rows.len())
     }
 }

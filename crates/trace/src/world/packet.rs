@@ -4,18 +4,17 @@
 #![allow(unsafe_code)]
 
 use std::marker::PhantomData;
-use std::mem::MaybeUninit;
 
 use super::place::{Kind, Place};
 use super::query::{self, closest_in, hit_of, keep, occluded_in};
 use super::{Many, Top, World};
 use crate::mesh::levels;
-use crate::mesh::packet::{Crowd, PACKET, Packet, Sorting, Values, first_rays, walk_packet};
+use crate::mesh::packet::{Columns, Crowd, PACKET, Packet, Sorting, Values, first_rays, walk_packet};
 use crate::mesh::walk::walk;
 use crate::simd::{Lanes, Simd};
 #[cfg(target_arch = "x86_64")]
 use crate::simd::{Wide8, Wide16};
-use crate::{Geometry, Hit, LocalHit, Ray};
+use crate::{Geometry, Hit, Ray};
 
 const NO_RAY: Ray = Ray { origin: glam::Vec3::ZERO, direction: glam::Vec3::ZERO, t_max: 0.0, time: 0.0 };
 
@@ -31,16 +30,17 @@ fn in_place<'a>(place: &Place, rays: &'a [Ray], room: &'a mut [Ray; PACKET]) -> 
 }
 
 /// Asks one instance with up to 64 rays.
-fn closest_of(world: &World, number: u32, rays: &[Ray], hits: &mut [Option<LocalHit>]) {
+fn closest_of(world: &World, number: u32, rays: &[Ray], hits: &mut [Option<Hit>]) {
     match world.instances[number as usize].geometry.as_ref() {
         Geometry::Mesh(mesh) => {
             let mut room = [NO_RAY; PACKET];
             let local = in_place(&world.places[number as usize], rays, &mut room);
-            levels::closest_chunk(world.simd, mesh, local, hits);
+            levels::closest_chunk(world.simd, mesh, local, number, hits);
         }
         _ => {
             for (ray, hit) in rays.iter().zip(hits) {
-                *hit = if ray.is_usable() { closest_in(world, number, ray) } else { None };
+                let found = if ray.is_usable() { closest_in(world, number, ray) } else { None };
+                *hit = found.map(|found| hit_of(number, found));
             }
         }
     }
@@ -117,7 +117,7 @@ impl<V: Lanes, const ANY: bool> Crowd for Instances<'_, V, ANY> {
         for (found, &place) in found[..count].iter().zip(&places) {
             let place = place as usize;
             if let Some(found) = found {
-                keep(&mut self.best[place], number, *found, nears[place]);
+                keep(&mut self.best[place], *found, nears[place]);
                 if let Some(best) = self.best[place] {
                     *packet.end(place) = best.t;
                 }
@@ -149,17 +149,19 @@ impl<V: Lanes, const ANY: bool> Crowd for Instances<'_, V, ANY> {
 #[inline(always)]
 fn closest_body<V: Lanes, G: Lanes>(world: &World, many: &Many, rays: &[Ray], hits: &mut [Option<Hit>]) {
     hits.fill(None);
+    let mut columns = Columns::EMPTY;
     let mut sorting = Sorting::new(rays);
     let mut chosen = [0; PACKET];
     while let Some((count, together)) = sorting.next(&mut chosen) {
         let chosen = &chosen[..count];
         if together {
-            let mut packet = MaybeUninit::uninit();
-            let packet = Packet::new(rays, chosen, &many.reach, &mut packet);
+            let mut packet = Packet::EMPTY;
+            columns.gather::<V>(rays, chosen);
+            packet.prepare::<G>(&rays[chosen[0] as usize], &columns, &many.reach);
             let mut instances =
                 Instances::<V, false> { world, many, rays, chosen, best: [None; PACKET], lanes: PhantomData };
             // SAFETY: a tree of many has a root and came from the builder.
-            unsafe { walk_packet::<V, G, _>(&many.tree, packet, first_rays(count), &mut instances) };
+            unsafe { walk_packet::<V, G, _>(&many.tree, &mut packet, first_rays(count), &mut instances) };
             for (place, &ray) in chosen.iter().enumerate() {
                 hits[ray as usize] = instances.best[place];
             }
@@ -174,18 +176,20 @@ fn closest_body<V: Lanes, G: Lanes>(world: &World, many: &Many, rays: &[Ray], hi
 #[inline(always)]
 fn occluded_body<V: Lanes, G: Lanes>(world: &World, many: &Many, rays: &[Ray]) -> u64 {
     let mut blocked = 0;
+    let mut columns = Columns::EMPTY;
     let mut sorting = Sorting::new(rays);
     let mut chosen = [0; PACKET];
     while let Some((count, together)) = sorting.next(&mut chosen) {
         let chosen = &chosen[..count];
         if together {
-            let mut packet = MaybeUninit::uninit();
-            let packet = Packet::new(rays, chosen, &many.reach, &mut packet);
+            let mut packet = Packet::EMPTY;
+            columns.gather::<V>(rays, chosen);
+            packet.prepare::<G>(&rays[chosen[0] as usize], &columns, &many.reach);
             let mut instances =
                 Instances::<V, true> { world, many, rays, chosen, best: [None; PACKET], lanes: PhantomData };
             // SAFETY: a tree of many has a root and came from the builder.
             let found =
-                unsafe { walk_packet::<V, G, _>(&many.tree, packet, first_rays(count), &mut instances) };
+                unsafe { walk_packet::<V, G, _>(&many.tree, &mut packet, first_rays(count), &mut instances) };
             for (place, &ray) in chosen.iter().enumerate() {
                 blocked |= (found >> place & 1) << ray;
             }
@@ -261,11 +265,7 @@ pub(super) fn closest_packet(world: &World, rays: &[Ray], hits: &mut [Option<Hit
         match &world.top {
             Top::Nothing => hits.fill(None),
             Top::One(number) => {
-                let mut found = [None; PACKET];
-                closest_of(world, *number, rays, &mut found[..rays.len()]);
-                for (hit, found) in hits.iter_mut().zip(found) {
-                    *hit = found.map(|found| hit_of(*number, found));
-                }
+                closest_of(world, *number, rays, hits);
             }
             Top::Many(many) => {
                 if !closest_of_many(world, many, rays, hits) {

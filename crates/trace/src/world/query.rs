@@ -36,11 +36,11 @@ pub(super) fn hit_of(instance: u32, hit: LocalHit) -> Hit {
 /// Keeps the nearer of two hits, and of equal ones that of the smaller instance. A hit counts as no nearer than the
 /// instance's box, `near`: so the order in which instances are asked does not matter.
 #[inline(always)]
-pub(super) fn keep(best: &mut Option<Hit>, instance: u32, mut found: LocalHit, near: f32) {
+pub(super) fn keep(best: &mut Option<Hit>, mut found: Hit, near: f32) {
     found.t = found.t.max(near);
-    let wins = best.is_none_or(|best| found.t < best.t || (found.t == best.t && instance < best.instance));
+    let wins = best.is_none_or(|best| found.t < best.t || (found.t == best.t && found.instance < best.instance));
     if wins {
-        *best = Some(hit_of(instance, found));
+        *best = Some(found);
     }
 }
 
@@ -63,7 +63,7 @@ impl<const ANY: bool> Visitor for Visit<'_, ANY> {
         }
         match closest_in(self.world, number, &Ray { t_max: end, ..*self.ray }) {
             Some(found) => {
-                keep(&mut self.best, number, found, near);
+                keep(&mut self.best, hit_of(number, found), near);
                 self.best.map_or(end, |best| best.t)
             }
             None => end,
