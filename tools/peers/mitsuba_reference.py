@@ -63,9 +63,7 @@ def build(mi, description, shared, max_depth):
     scene = {"type": "scene", "sensor": sensor,
              "integrator": {"type": "direct"} if max_depth == 2 else
                            {"type": "path", "max_depth": max_depth, "rr_depth": 1000},
-             # Mitsuba's map is turned by half a turn against the description's.
-             "light": {"type": "envmap", "bitmap": mi.Bitmap(environment(light)),
-                       "to_world": tr().rotate([0, 1, 0], 180)}}
+             "light": {"type": "envmap", "bitmap": mi.Bitmap(environment(light))}}
     bsdfs = {name: {"type": "twosided", "b": {"type": "diffuse", "reflectance": {"type": "rgb", "value": m["reflectance"]}}}
              for name, m in description["materials"].items()}
     for i, shape in enumerate(description["shapes"]):
