@@ -11,7 +11,8 @@ pub fn nearest_name<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str
     let lower = name.to_lowercase();
     let distance = |candidate: &str| strsim::damerau_levenshtein(&lower, &candidate.to_lowercase());
     let nearest = candidates.into_iter().min_by_key(|candidate| distance(candidate))?;
-    let shares_prefix = lower.len() >= 3 && nearest.to_lowercase().starts_with(lower.get(..3).unwrap_or("\0"));
+    let shares_prefix =
+        lower.len() >= 3 && nearest.to_lowercase().starts_with(lower.get(..3).unwrap_or("\0"));
     let close = distance(nearest) * 3 <= lower.chars().count().max(nearest.chars().count());
     (close || shares_prefix).then_some(nearest)
 }

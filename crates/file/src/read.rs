@@ -72,7 +72,8 @@ fn missing(path: &Path, asked: &str) -> LoadError {
     let Ok(entries) = std::fs::read_dir(folder) else {
         return error.hint(format!("there is no folder {} either", folder.display()));
     };
-    let names: Vec<String> = entries.flatten().map(|e| e.file_name().to_string_lossy().into_owned()).collect();
+    let names: Vec<String> =
+        entries.flatten().map(|e| e.file_name().to_string_lossy().into_owned()).collect();
     let wanted = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
     match nearest_name(&wanted, names.iter().map(String::as_str)) {
         Some(name) => error.hint(format!("did you mean {}?", folder.join(name).display())),

@@ -25,9 +25,9 @@ impl CameraSampler {
     #[inline]
     pub fn ray(&self, x: usize, y: usize, sample: u32) -> (Ray, Sampler) {
         let mut sampler = Sampler::new(self.seed, x as u32, y as u32, sample);
-        let u = sampler.next();
+        let u = sampler.next_four();
         // A frame without duration spends no numbers on time.
-        let time = if self.shutter_is_open { sampler.next()[0] } else { 0.0 };
+        let time = if self.shutter_is_open { sampler.next_four()[0] } else { 0.0 };
         let pixel = Vec2::new(x as f32 + u[0], y as f32 + u[1]);
         (self.view.ray(pixel, Vec2::new(u[2], u[3]), time), sampler)
     }

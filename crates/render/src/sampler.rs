@@ -26,7 +26,7 @@ impl Sampler {
 
     /// The next four numbers, each in [0, 1).
     #[inline]
-    pub fn next(&mut self) -> [f32; 4] {
+    pub fn next_four(&mut self) -> [f32; 4] {
         let seed = self.pixel_seed.wrapping_add(self.set.wrapping_mul(0x9E37_79B9));
         self.set += 1;
         sobol_burley::sample_4d(self.index, 0, hash(seed))
@@ -54,8 +54,8 @@ mod tests {
                 let mut cells = [0; 16];
                 for sample in first..first + 16 {
                     let mut sampler = Sampler::new(7, x, y, sample);
-                    sampler.next();
-                    let u = sampler.next();
+                    sampler.next_four();
+                    let u = sampler.next_four();
                     cells[(u[0] * 4.0) as usize * 4 + (u[1] * 4.0) as usize] += 1;
                 }
                 assert_eq!(cells, [1; 16]);
@@ -68,9 +68,9 @@ mod tests {
         let number = |seed, x, y, sample, skip: u32| {
             let mut sampler = Sampler::new(seed, x, y, sample);
             (0..skip).for_each(|_| {
-                sampler.next();
+                sampler.next_four();
             });
-            f64::from(sampler.next()[0]) - 0.5
+            f64::from(sampler.next_four()[0]) - 0.5
         };
         let n = 4096;
         let correlation = |other: &dyn Fn(u32) -> f64| {
@@ -85,6 +85,6 @@ mod tests {
     #[test]
     fn a_sequence_goes_on_past_the_length_of_the_table() {
         let mut sampler = Sampler::new(0, 0, 0, SEQUENCE_LENGTH + 3);
-        assert!(sampler.next().iter().all(|u| (0.0..1.0).contains(u)));
+        assert!(sampler.next_four().iter().all(|u| (0.0..1.0).contains(u)));
     }
 }

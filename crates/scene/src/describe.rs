@@ -84,9 +84,8 @@ impl Scene {
         if let Some(environment) = &self.lights.environment {
             let ((width, height), mean) = (environment.map.size(), environment.mean_radiance());
             let [r, g, b] = mean.to_array();
-            let text = format!(
-                "environment of {width} × {height} texels, mean radiance ({r:.3}, {g:.3}, {b:.3})"
-            );
+            let text =
+                format!("environment of {width} × {height} texels, mean radiance ({r:.3}, {g:.3}, {b:.3})");
             description.lights.push(text);
         }
         for delta in &self.lights.deltas {

@@ -6,7 +6,9 @@ use std::sync::Arc;
 use glam::{Affine3A, Quat, Vec2, Vec3};
 use halflight_image::RgbImage;
 use halflight_material::{ColorInput, Material, MaterialKind};
-use halflight_scene::lights::{Arrival, DeltaLight, Emitter, EmitterShape, Environment, EnvironmentMap, Lights};
+use halflight_scene::lights::{
+    Arrival, DeltaLight, Emitter, EmitterShape, Environment, EnvironmentMap, Lights,
+};
 
 fn shining(two_sided: bool) -> Arc<Material> {
     Arc::new(Material {
@@ -197,7 +199,9 @@ fn the_density_of_hitting_an_emitter_includes_its_choice() {
         for (i, u) in lattice(300).enumerate() {
             let choice = (i as f32 * 0.754_877_7).fract();
             let sample = lights.sample(Vec3::ZERO, choice, u, 0.0).unwrap();
-            let Arrival::From { point: Some(point), .. } = sample.arrival else { unreachable!("no environment") };
+            let Arrival::From { point: Some(point), .. } = sample.arrival else {
+                unreachable!("no environment")
+            };
             let found = (0..count)
                 .min_by(|&a, &b| {
                     let off = |k: usize| {

@@ -37,7 +37,7 @@ pub(super) fn measure(args: &BenchArgs) -> Findings {
     }
     let draws = 1 << 16;
     let timing = clock::time(if args.quick { 0.02 } else { 0.3 }, || {
-        let sum: f32 = (0..draws).map(|s| Sampler::new(1, s & 63, s >> 10, s & 255).next()[0]).sum();
+        let sum: f32 = (0..draws).map(|s| Sampler::new(1, s & 63, s >> 10, s & 255).next_four()[0]).sum();
         std::hint::black_box(sum);
     });
     let notes = vec![
@@ -48,11 +48,11 @@ pub(super) fn measure(args: &BenchArgs) -> Findings {
 }
 
 fn stratified(x: u32, y: u32, sample: u32) -> [f32; 4] {
-    Sampler::new(0, x, y, sample).next()
+    Sampler::new(0, x, y, sample).next_four()
 }
 
 fn independent(x: u32, y: u32, sample: u32) -> [f32; 4] {
-    Sampler::new(OTHER_SEED + u64::from(sample), x, y, 0).next()
+    Sampler::new(OTHER_SEED + u64::from(sample), x, y, 0).next_four()
 }
 
 /// ∫∫ cos(πx/2) cos(πy/2) = (2/π)².

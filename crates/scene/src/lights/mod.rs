@@ -182,7 +182,12 @@ impl Lights {
         if u_choice < self.environment_probability {
             let (direction, pdf) = self.environment.as_ref()?.sample(u);
             let pdf = pdf * self.environment_probability;
-            return (pdf > 0.0).then_some(LightSample { direction, arrival: Arrival::Environment, pdf, delta: false });
+            return (pdf > 0.0).then_some(LightSample {
+                direction,
+                arrival: Arrival::Environment,
+                pdf,
+                delta: false,
+            });
         }
         let rest = (u_choice - self.environment_probability) / (1.0 - self.environment_probability);
         let (index, chosen) = self.choose_local(rest, from)?;

@@ -22,8 +22,9 @@ pub use material::{
     NormalMapSpec, NormalMapTable, PhongSpec, ScalarSetting, SpaceName, TextureSpec, WrapName,
 };
 pub use shape::{
-    BoxSpec, DiskSpec, GeneratedName, GeneratedSpec, HeightFieldSpec, HeightsSpec, MaterialReference, MeshSpec, PlaneSpec,
-    RectangleSpec, Shading, ShapeCommon, ShapeKind, ShapeSpec, SphereSpec, SpheresSpec, TrianglesSpec,
+    BoxSpec, DiskSpec, GeneratedName, GeneratedSpec, HeightFieldSpec, HeightsSpec, MaterialReference,
+    MeshSpec, PlaneSpec, RectangleSpec, Shading, ShapeCommon, ShapeKind, ShapeSpec, SphereSpec, SpheresSpec,
+    TrianglesSpec,
 };
 pub use transform::{AxisAngle, Ease, MatrixRows, Rotation, Scale, TransformKey, TransformSpec};
 

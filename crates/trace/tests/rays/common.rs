@@ -8,10 +8,10 @@ use halflight_shape::TriangleMesh;
 use halflight_trace::{Geometry, Instance, MeshTracer, Motion, Ray, Simd, World};
 
 /// Random numbers from a counter (splitmix64).
-pub struct Numbers(pub u64);
+pub(crate) struct Numbers(pub u64);
 
 impl Numbers {
-    pub fn next(&mut self) -> f32 {
+    pub(crate) fn next(&mut self) -> f32 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut x = self.0;
         x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -19,11 +19,11 @@ impl Numbers {
         ((x ^ (x >> 31)) >> 40) as f32 / 16_777_216.0
     }
 
-    pub fn in_cube(&mut self) -> Vec3 {
+    pub(crate) fn in_cube(&mut self) -> Vec3 {
         Vec3::new(self.next(), self.next(), self.next()) * 2.0 - 1.0
     }
 
-    pub fn direction(&mut self) -> Vec3 {
+    pub(crate) fn direction(&mut self) -> Vec3 {
         loop {
             let v = self.in_cube();
             if v.length_squared() > 1e-3 && v.length_squared() <= 1.0 {
@@ -34,7 +34,7 @@ impl Numbers {
 }
 
 /// An icosahedron divided `levels` times and pushed out to the unit sphere: closed, without a boundary.
-pub fn sphere(levels: u32) -> TriangleMesh {
+pub(crate) fn sphere(levels: u32) -> TriangleMesh {
     let g = (1.0 + 5.0_f32.sqrt()) / 2.0;
     let mut positions: Vec<Vec3> = [
         (-1.0, g, 0.0),
@@ -93,7 +93,7 @@ pub fn sphere(levels: u32) -> TriangleMesh {
 }
 
 /// Triangles anywhere in the cube from −1 to 1, with edges of up to `size`.
-pub fn soup(count: usize, size: f32, seed: u64) -> TriangleMesh {
+pub(crate) fn soup(count: usize, size: f32, seed: u64) -> TriangleMesh {
     let mut numbers = Numbers(seed);
     let mut mesh = TriangleMesh::default();
     for i in 0..count as u32 {
@@ -104,30 +104,30 @@ pub fn soup(count: usize, size: f32, seed: u64) -> TriangleMesh {
     mesh
 }
 
-pub fn scaled(mut mesh: TriangleMesh, scale: f32, offset: Vec3) -> TriangleMesh {
+pub(crate) fn scaled(mut mesh: TriangleMesh, scale: f32, offset: Vec3) -> TriangleMesh {
     mesh.positions.iter_mut().for_each(|p| *p = *p * scale + offset);
     mesh
 }
 
-pub fn tracer(mesh: TriangleMesh) -> Arc<Geometry> {
+pub(crate) fn tracer(mesh: TriangleMesh) -> Arc<Geometry> {
     Arc::new(Geometry::Mesh(MeshTracer::build(Arc::new(mesh))))
 }
 
-pub fn world(mesh: TriangleMesh, simd: Simd) -> World {
+pub(crate) fn world(mesh: TriangleMesh, simd: Simd) -> World {
     placed(mesh, Affine3A::IDENTITY, simd)
 }
 
-pub fn placed(mesh: TriangleMesh, transform: Affine3A, simd: Simd) -> World {
+pub(crate) fn placed(mesh: TriangleMesh, transform: Affine3A, simd: Simd) -> World {
     World::build(vec![Instance { geometry: tracer(mesh), transform: Motion::fixed(transform) }], simd)
 }
 
 /// The levels of this machine.
-pub fn levels() -> Vec<Simd> {
+pub(crate) fn levels() -> Vec<Simd> {
     [Simd::Baseline, Simd::Avx2, Simd::Avx512].into_iter().filter(|&level| level <= Simd::detect()).collect()
 }
 
 /// Rays from around a cube of half width `size` into it, some along an axis or with zero components.
-pub fn rays_around(count: usize, size: f32, seed: u64) -> Vec<Ray> {
+pub(crate) fn rays_around(count: usize, size: f32, seed: u64) -> Vec<Ray> {
     let mut numbers = Numbers(seed);
     (0..count)
         .map(|i| {

@@ -54,12 +54,12 @@ impl Integrator<'_> {
             if depth >= self.settings.max_depth {
                 break;
             }
-            let u = sampler.next();
+            let u = sampler.next_four();
             if !vertex.bsdf.is_delta_only() {
                 let direct = self.direct(&vertex, [u[0], u[1], u[2]], ray.time, rays);
                 radiance += self.bounded(throughput * direct, depth + 1);
             }
-            let v = sampler.next();
+            let v = sampler.next_four();
             let Some(sample) = vertex.bsdf.sample(vertex.wo, u[3], Vec2::new(v[0], v[1])) else { break };
             let direction = vertex.to_world(sample.wi).normalize();
             if !vertex.same_side(direction, sample.wi) {

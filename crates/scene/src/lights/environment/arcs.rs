@@ -45,7 +45,10 @@ mod tests {
             let (sin, cos) = angle.sin_cos();
             let difference = (fast_atan2(sin, cos) - sin.atan2(cos)).abs();
             assert!(difference < 2e-6 || (difference - std::f32::consts::TAU).abs() < 2e-6, "{angle}");
-            assert!((fast_acos(cos) - cos.acos()).abs() < 5e-4 * (1.0 - cos.abs()).sqrt().max(1e-2), "{angle}");
+            assert!(
+                (fast_acos(cos) - cos.acos()).abs() < 5e-4 * (1.0 - cos.abs()).sqrt().max(1e-2),
+                "{angle}"
+            );
         }
     }
 }

@@ -152,7 +152,10 @@ mod tests {
                 assert!((direction.length() - 1.0).abs() < 1e-5);
                 let looked_up = environment.pdf(direction);
                 assert!((pdf - looked_up).abs() <= 2e-3 * pdf, "{width}x{height} {u}: {pdf} {looked_up}");
-                assert_eq!(environment.radiance_and_pdf(direction), (environment.radiance(direction), looked_up));
+                assert_eq!(
+                    environment.radiance_and_pdf(direction),
+                    (environment.radiance(direction), looked_up)
+                );
             }
         }
     }

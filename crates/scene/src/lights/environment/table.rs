@@ -68,16 +68,19 @@ impl Table {
         let cosines: Vec<f64> = row_cosines(height).collect();
         let areas: Vec<f64> = cosines.windows(2).map(|edge| edge[0] - edge[1]).collect();
         let sum = |row: &[f32]| row.iter().map(|&l| f64::from(l)).sum::<f64>();
-        let weights: Vec<f64> = moments.mean.chunks(width).zip(&areas).map(|(row, area)| sum(row) * area).collect();
+        let weights: Vec<f64> =
+            moments.mean.chunks(width).zip(&areas).map(|(row, area)| sum(row) * area).collect();
         let (mut rows, mut row_guide) = (vec![0.0; height + 1], vec![0; height]);
         cumulative(&weights, &mut rows, &mut row_guide);
         let (mut cells, mut cell_guide) = (vec![0.0; height * (width + 1)], vec![0; height * width]);
-        cells.par_chunks_mut(width + 1).zip(cell_guide.par_chunks_mut(width)).zip(moments.mean.par_chunks(width)).for_each(
-            |((cells, guide), row)| {
+        cells
+            .par_chunks_mut(width + 1)
+            .zip(cell_guide.par_chunks_mut(width))
+            .zip(moments.mean.par_chunks(width))
+            .for_each(|((cells, guide), row)| {
                 let weights: Vec<f64> = row.iter().map(|&l| f64::from(l)).collect();
                 cumulative(&weights, cells, guide);
-            },
-        );
+            });
         let density = (0..width * height).map(|i| {
             let (row, column) = (i / width, i % width);
             let cell = &cells[row * (width + 1) + column..][..2];
@@ -99,7 +102,11 @@ impl Table {
         let inside = |rest: f32| rest.clamp(1e-4, 1.0 - 1e-4);
         let (top, bottom) = (self.row_cosines[row], self.row_cosines[row + 1]);
         let cos_theta = top + inside(rest_v) * (bottom - top);
-        ((column as f32 + inside(rest_u)) / self.width as f32, cos_theta, self.density[row * self.width + column])
+        (
+            (column as f32 + inside(rest_u)) / self.width as f32,
+            cos_theta,
+            self.density[row * self.width + column],
+        )
     }
 
     /// The density over solid angle at a place in the map.
@@ -140,7 +147,8 @@ impl Moments {
     /// Variance of L/p over the squared flux: (∑ Ω E[L²] / E[L]) / (∑ Ω E[L]) − 1.
     fn relative_variance(&self) -> f64 {
         let (mut flux, mut second) = (0.0, 0.0);
-        let rows = self.mean.chunks(self.width).zip(self.mean_square.chunks(self.width)).zip(row_areas(self.height));
+        let rows =
+            self.mean.chunks(self.width).zip(self.mean_square.chunks(self.width)).zip(row_areas(self.height));
         for ((mean, mean_square), area) in rows {
             for (&mean, &mean_square) in mean.iter().zip(mean_square) {
                 if mean > 0.0 {
@@ -212,4 +220,3 @@ fn overlaps(i: usize, coarse: usize, fine: usize) -> impl Iterator<Item = (usize
         (k, length.max(0.0) as f32)
     })
 }
-

@@ -63,7 +63,9 @@ fn pack(pixel: [f32; 3]) -> u64 {
     let scale = f64::from(FRACTION_BITS as i32 - exponent).exp2();
     let fraction = |c: f32| ((f64::from(c) * scale).round() as u64).min(FRACTION_MASK);
     let [r, g, b] = pixel.map(fraction);
-    r | g << FRACTION_BITS | b << (2 * FRACTION_BITS) | ((exponent + EXPONENT_BIAS) as u64) << (3 * FRACTION_BITS)
+    r | g << FRACTION_BITS
+        | b << (2 * FRACTION_BITS)
+        | ((exponent + EXPONENT_BIAS) as u64) << (3 * FRACTION_BITS)
 }
 
 #[inline]
@@ -85,7 +87,10 @@ mod tests {
             for pixel in [[1.0, 0.5, 0.25], [0.0, 1.0, 1e-7], [0.999_999_94, 0.7, 0.1], [0.0, 0.0, 1.0]] {
                 let pixel = pixel.map(|c: f32| c * scale);
                 let error = unpack(pack(pixel)) - Vec3::from(pixel);
-                assert!(error.abs().max_element() <= 4e-6 * pixel.iter().fold(0.0, |a: f32, &b| a.max(b)), "{pixel:?}");
+                assert!(
+                    error.abs().max_element() <= 4e-6 * pixel.iter().fold(0.0, |a: f32, &b| a.max(b)),
+                    "{pixel:?}"
+                );
             }
         }
         assert_eq!(unpack(pack([0.0, -1.0, f32::NAN])), Vec3::ZERO);
