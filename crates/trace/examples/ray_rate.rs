@@ -1,6 +1,6 @@
 //! Prints how fast rays are on one mesh or several.
 //!
-//! `cargo run --release --example ray_rate -- [--dump DIR] [--runs N] [--inside NAME]... FILE...`
+//! `cargo run --release --example ray_rate -- [--dump DIR] [--runs N] [--simd LEVEL] FILE...`
 //!
 //! A mesh whose file name contains `kitchen` is seen from the inside. With `--dump` each mesh and its sets of rays are
 //! written as raw little-endian floats for `tools/peers/embree.py`.
@@ -48,7 +48,7 @@ fn print_rates(world: &World, name: &str, set: &str, rays: &[Ray], runs: usize) 
         let one = bench::measure(world, rays, question, 1, runs);
         let two = bench::measure(world, rays, question, 2, runs);
         println!(
-            "{name:<10} {set:<8} {:<17} {:>8.1} {:>8.1} {:>8.1} {:>8.3} {:>10.4}",
+            "{name:<20} {set:<8} {:<17} {:>8.1} {:>8.1} {:>8.1} {:>8.3} {:>10.4}",
             question.name(),
             one.mrays_per_cpu_second,
             two.mrays_per_cpu_second,
@@ -71,14 +71,17 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             _ => files.push(PathBuf::from(argument)),
         }
     }
-    println!("rays: million per second; together: asked in slices of 1024, which are traced in packets of 64; instructions: {}", simd.name());
     println!(
-        "{:<10} {:<8} {:<17} {:>8} {:>8} {:>8} {:>8} {:>10}",
+        "rays: million per second; together: asked in slices of 1024, which are traced in packets of 64; instructions: {}",
+        simd.name()
+    );
+    println!(
+        "{:<20} {:<8} {:<17} {:>8} {:>8} {:>8} {:>8} {:>10}",
         "mesh", "rays", "question", "1t /cpu", "2t /cpu", "2t wall", "hits", "mean t"
     );
     for file in &files {
-        let name =
-            file.file_name().map_or(String::new(), |name| name.to_string_lossy().chars().take(10).collect());
+        let name = file.file_name().map_or(String::new(), |name| name.to_string_lossy().into_owned());
+        let name = name.split('.').next().unwrap_or_default();
         let mesh = Arc::new(load(file)?);
         let world = bench::world_of(&mesh, simd);
         let bounds = world.bounds();
@@ -88,7 +91,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let bounce = bench::bounce_rays(&world, &primary);
         let cost = bench::measure_build(&mesh, runs);
         println!(
-            "{name:<10} {} triangles: build {:.1} ms ({:.1} cpu), refit {:.1} ms ({:.1} cpu), {:.1} MB",
+            "{name:<20} {} triangles: build {:.1} ms ({:.1} cpu), refit {:.1} ms ({:.1} cpu), {:.1} MB",
             mesh.triangles.len(),
             cost.build_wall_seconds * 1e3,
             cost.build_cpu_seconds * 1e3,
@@ -99,9 +102,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         for (set, rays) in [("primary", &primary), ("random", &random), ("bounce", &bounce)] {
             if let Some(folder) = &folder {
                 std::fs::create_dir_all(folder)?;
-                dump(folder, &name, set, ray_words(rays))?;
+                dump(folder, name, set, ray_words(rays))?;
             }
-            print_rates(&world, &name, set, rays, runs);
+            print_rates(&world, name, set, rays, runs);
         }
         if let Some(folder) = &folder {
             dump(
@@ -110,7 +113,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 "positions",
                 mesh.positions.iter().flat_map(|p| p.to_array().map(f32::to_le_bytes)),
             )?;
-            dump(folder, &name, "triangles", mesh.triangles.iter().flat_map(|t| t.map(u32::to_le_bytes)))?;
+            dump(folder, name, "triangles", mesh.triangles.iter().flat_map(|t| t.map(u32::to_le_bytes)))?;
         }
     }
     Ok(())

@@ -40,9 +40,9 @@ impl Question {
     pub fn name(self) -> &'static str {
         match self {
             Question::Closest => "closest",
-            Question::ClosestPacket => "closest, together",
+            Question::ClosestPacket => "closest-together",
             Question::Occluded => "any",
-            Question::OccludedPacket => "any, together",
+            Question::OccludedPacket => "any-together",
         }
     }
 }

@@ -19,6 +19,9 @@ use crate::simd::Simd;
 pub(crate) const LEAF_SIZE: usize = 8;
 /// Ranges up to this size are built by one thread: about a millisecond of work.
 const SERIAL: usize = 4096;
+/// A leaf is divided where there is room if its parts have less than this of its area together: then fewer leaves are
+/// visited. Chosen with `ray_rate` among 0.7 … 1.1.
+const WORTH_DIVIDING: f32 = 0.9;
 /// Items that one thread bins at a time.
 const CHUNK: usize = 16384;
 /// Below this depth ranges are halved, so that the depth of the tree, and with it the stack of a walk, is bounded: 40
@@ -131,7 +134,8 @@ fn divide(simd: Simd, items: &mut [Item], range: &Range, leaf_size: usize) -> (R
     )
 }
 
-/// Divides a range into up to eight, the one of largest area first.
+/// Divides a range into up to eight, the one of largest area first; gives them largest first, which is the order in which
+/// rays look for any hit. Leaves are divided too, while the node has room, where that makes their area less.
 fn expand(simd: Simd, items: &mut [Item], range: Range, leaf_size: usize) -> ([Range; 8], usize) {
     let mut children = [range; 8];
     let mut count = 1;
@@ -146,6 +150,22 @@ fn expand(simd: Simd, items: &mut [Item], range: Range, leaf_size: usize) -> ([R
         children[count] = right;
         count += 1;
     }
+    let mut next = 0;
+    while next < count && count < 8 {
+        let child = children[next];
+        if child.count > 1 && leaf_size > 1 {
+            let (left, right) = divide(simd, items, &child, 1);
+            let divided = bins::half_area(&left.span) + bins::half_area(&right.span);
+            if divided < WORTH_DIVIDING * bins::half_area(&child.span) {
+                children[next] = left;
+                children[count] = right;
+                count += 1;
+                continue;
+            }
+        }
+        next += 1;
+    }
+    children[..count].sort_by(|a, b| bins::half_area(&b.span).total_cmp(&bins::half_area(&a.span)));
     (children, count)
 }
 
@@ -216,18 +236,19 @@ fn build_range(simd: Simd, items: &mut [Item], range: Range, leaf_size: usize) -
     }
     let (mut children, count) = expand(simd, items, range, leaf_size);
     let children = &mut children[..count];
-    children.sort_by_key(|child| child.start);
-    let mut jobs = Vec::with_capacity(count);
+    let mut in_place: Vec<usize> = (0..count).collect();
+    in_place.sort_by_key(|&child| children[child].start);
     let mut rest = &mut items[range.start..range.start + range.count];
-    for child in children.iter_mut() {
-        let (mine, others) = rest.split_at_mut(child.count);
+    let mut jobs: Vec<(usize, Range, &mut [Item])> = Vec::with_capacity(count);
+    for index in in_place {
+        let (mine, others) = rest.split_at_mut(children[index].count);
         rest = others;
-        child.start = 0;
-        jobs.push((*child, mine));
+        jobs.push((index, Range { start: 0, ..children[index] }, mine));
     }
+    jobs.sort_by_key(|job| job.0);
     let parts: Vec<Part> = jobs
         .into_par_iter()
-        .map(|(child, items)| {
+        .map(|(_, child, items)| {
             if child.count <= leaf_size {
                 let mut part = Part::default();
                 part.leaf(items);

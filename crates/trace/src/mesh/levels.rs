@@ -187,7 +187,12 @@ macro_rules! level {
             }
 
             #[target_feature(enable = $features)]
-            pub(super) fn closest_chunk(mesh: &MeshTracer, rays: &[Ray], instance: u32, hits: &mut [Option<Hit>]) {
+            pub(super) fn closest_chunk(
+                mesh: &MeshTracer,
+                rays: &[Ray],
+                instance: u32,
+                hits: &mut [Option<Hit>],
+            ) {
                 closest_chunk_body::<$v, $g>(mesh, rays, instance, hits);
             }
 

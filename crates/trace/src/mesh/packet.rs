@@ -246,9 +246,8 @@ impl Packet {
                 size = magnitude(o).max(size);
             }
             let least = largest.mul(G::splat(LEAST_COMPONENT));
-            let margin = G::splat(CORNER_ROUNDINGS * ROUNDOFF)
-                .mul(farthest)
-                .add(G::splat(4.0 * ROUNDOFF).mul(size));
+            let margin =
+                G::splat(CORNER_ROUNDINGS * ROUNDOFF).mul(farthest).add(G::splat(4.0 * ROUNDOFF).mul(size));
             widest = margin.max(widest);
             for axis in 0..3 {
                 let (o, d) = (at::<G>(&origins[axis], group), at::<G>(&directions[axis], group));

@@ -206,8 +206,8 @@ pub(crate) unsafe fn walk<V: Lanes, const MOVING: bool, const SORTED: bool, T: V
             }
             let base = height;
             while met != 0 {
-                let slot = met.trailing_zeros() as usize & 7;
-                met &= met - 1;
+                let slot = if SORTED { met.trailing_zeros() } else { met.ilog2() } as usize & 7;
+                met ^= 1 << slot;
                 let mut entry = (children[slot], nears[slot]);
                 if SORTED {
                     // Keep the nearest in hand and the others on the stack, the farthest lowest.

@@ -38,7 +38,8 @@ pub(super) fn hit_of(instance: u32, hit: LocalHit) -> Hit {
 #[inline(always)]
 pub(super) fn keep(best: &mut Option<Hit>, mut found: Hit, near: f32) {
     found.t = found.t.max(near);
-    let wins = best.is_none_or(|best| found.t < best.t || (found.t == best.t && found.instance < best.instance));
+    let wins =
+        best.is_none_or(|best| found.t < best.t || (found.t == best.t && found.instance < best.instance));
     if wins {
         *best = Some(found);
     }
