@@ -109,7 +109,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         if let Some(folder) = &folder {
             dump(
                 folder,
-                &name,
+                name,
                 "positions",
                 mesh.positions.iter().flat_map(|p| p.to_array().map(f32::to_le_bytes)),
             )?;
