@@ -15,7 +15,7 @@
 
 use std::mem::MaybeUninit;
 
-use glam::Vec3;
+use glam::{Vec3, Vec3A};
 
 use super::build::STACK;
 use super::node::{LEAF, Tree};
@@ -66,32 +66,24 @@ pub(crate) struct BoxRay {
 impl BoxRay {
     #[inline(always)]
     pub(crate) fn new(ray: &Ray, reach: &Reach) -> BoxRay {
-        let direction = ray.direction.to_array();
-        let origin = ray.origin.to_array();
-        let least = ray.direction.abs().max_element() * LEAST_COMPONENT;
-        let farthest = ((ray.origin - reach.centre).abs() + reach.half).max_element();
+        let (origin, direction) = (Vec3A::from(ray.origin), Vec3A::from(ray.direction));
+        let size = direction.abs();
+        let least = Vec3A::splat(size.max_element() * LEAST_COMPONENT);
+        let farthest = ((origin - Vec3A::from(reach.centre)).abs() + Vec3A::from(reach.half)).max_element();
         // Two more for rounding in the shifts.
-        let margin =
-            (CORNER_ROUNDINGS * ROUNDOFF) * farthest + (4.0 * ROUNDOFF) * ray.origin.abs().max_element();
-        let mut out = BoxRay {
-            near_row: [0; 3],
-            inverse: [0.0; 3],
-            near_shift: [0.0; 3],
-            far_inverse: [0.0; 3],
-            far_shift: [0.0; 3],
+        let margin = (CORNER_ROUNDINGS * ROUNDOFF) * farthest + (4.0 * ROUNDOFF) * origin.abs().max_element();
+        let inverse = Vec3A::ONE / size.max(least).copysign(direction);
+        let slack = inverse.abs() * margin;
+        let product = origin * inverse;
+        let row = |axis: usize, component: f32| 2 * axis + usize::from(component.is_sign_negative());
+        BoxRay {
+            near_row: [row(0, ray.direction.x), row(1, ray.direction.y), row(2, ray.direction.z)],
+            inverse: inverse.to_array(),
+            near_shift: (product + slack).to_array(),
+            far_inverse: (inverse * FAR_SCALE).to_array(),
+            far_shift: ((product - slack) * FAR_SCALE).to_array(),
             time: ray.time.clamp(0.0, 1.0),
-        };
-        for axis in 0..3 {
-            let component = direction[axis].abs().max(least).copysign(direction[axis]);
-            let inverse = 1.0 / component;
-            let slack = margin * inverse.abs();
-            out.near_row[axis] = 2 * axis + usize::from(component < 0.0);
-            out.inverse[axis] = inverse;
-            out.near_shift[axis] = origin[axis] * inverse + slack;
-            out.far_inverse[axis] = inverse * FAR_SCALE;
-            out.far_shift[axis] = (origin[axis] * inverse - slack) * FAR_SCALE;
         }
-        out
     }
 }
 
