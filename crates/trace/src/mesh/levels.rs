@@ -8,7 +8,9 @@
 use std::marker::PhantomData;
 
 use super::MeshTracer;
-use super::packet::{self, Columns, IN_ORDER, PACKET, Packet, Sorting, first_rays, hit_in};
+use super::columns::{Columns, IN_ORDER, Sorting, first_rays};
+use super::packet::{PACKET, Packet, hit_in};
+use super::packet_walk;
 use super::triangle::{ShearRay, hit_block};
 use super::walk::{BoxRay, Visitor, walk};
 use crate::simd::{Lanes, Plain, Simd};
@@ -108,7 +110,7 @@ fn closest_chunk_body<V: Lanes, G: Lanes>(
     columns.gather::<V>(rays, &IN_ORDER[..rays.len()]);
     if columns.go_together::<G>(rays.len()) {
         packet.prepare::<G>(&rays[0], &columns, &mesh.reach);
-        packet::trace::<V, G, false>(mesh, &mut packet, first_rays(rays.len()));
+        packet_walk::trace::<V, G, false>(mesh, &mut packet, first_rays(rays.len()));
         for (place, hit) in hits.iter_mut().enumerate() {
             *hit = packet.hit(place, instance);
         }
@@ -123,7 +125,7 @@ fn closest_chunk_body<V: Lanes, G: Lanes>(
             columns.gather::<V>(rays, chosen);
             packet = Packet::EMPTY;
             packet.prepare::<G>(&rays[chosen[0] as usize], &columns, &mesh.reach);
-            packet::trace::<V, G, false>(mesh, &mut packet, first_rays(count));
+            packet_walk::trace::<V, G, false>(mesh, &mut packet, first_rays(count));
             for (place, &ray) in chosen.iter().enumerate() {
                 hits[ray as usize] = packet.hit(place, instance);
             }
@@ -147,7 +149,7 @@ fn occluded_chunk_body<V: Lanes, G: Lanes>(mesh: &MeshTracer, rays: &[Ray]) -> u
     columns.gather::<V>(rays, &IN_ORDER[..rays.len()]);
     if columns.go_together::<G>(rays.len()) {
         packet.prepare::<G>(&rays[0], &columns, &mesh.reach);
-        return packet::trace::<V, G, true>(mesh, &mut packet, first_rays(rays.len()));
+        return packet_walk::trace::<V, G, true>(mesh, &mut packet, first_rays(rays.len()));
     }
     let mut sorting = Sorting::new(rays);
     let mut chosen = [0; PACKET];
@@ -156,7 +158,7 @@ fn occluded_chunk_body<V: Lanes, G: Lanes>(mesh: &MeshTracer, rays: &[Ray]) -> u
         if together {
             columns.gather::<V>(rays, chosen);
             packet.prepare::<G>(&rays[chosen[0] as usize], &columns, &mesh.reach);
-            let found = packet::trace::<V, G, true>(mesh, &mut packet, first_rays(count));
+            let found = packet_walk::trace::<V, G, true>(mesh, &mut packet, first_rays(count));
             for (place, &ray) in chosen.iter().enumerate() {
                 blocked |= (found >> place & 1) << ray;
             }

@@ -3,9 +3,11 @@
 mod bins;
 mod block;
 pub(crate) mod build;
+pub(crate) mod columns;
 pub(crate) mod levels;
 pub(crate) mod node;
 pub(crate) mod packet;
+pub(crate) mod packet_walk;
 mod refit;
 mod surface;
 mod triangle;

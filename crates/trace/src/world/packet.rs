@@ -8,8 +8,10 @@ use std::marker::PhantomData;
 use super::place::{Kind, Place};
 use super::query::{self, closest_in, hit_of, keep, occluded_in};
 use super::{Many, Top, World};
+use crate::mesh::columns::{Columns, Sorting, first_rays};
 use crate::mesh::levels;
-use crate::mesh::packet::{Columns, Crowd, PACKET, Packet, Sorting, Values, first_rays, walk_packet};
+use crate::mesh::packet::{PACKET, Packet, Values};
+use crate::mesh::packet_walk::{Crowd, walk_packet};
 use crate::mesh::walk::walk;
 use crate::simd::{Lanes, Simd};
 #[cfg(target_arch = "x86_64")]
