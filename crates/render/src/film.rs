@@ -202,6 +202,7 @@ impl Film {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sampler::Sampler;
 
     #[test]
     fn tiles_cover_every_pixel_once() {
@@ -237,7 +238,7 @@ mod tests {
             for (t, tile) in film.tiles_mut().iter_mut().enumerate() {
                 for (i, pixel) in tile.pixels.iter_mut().enumerate() {
                     for s in 0..n {
-                        let noise = ((s as usize * 7919 + i * 31 + t) as f32 * 0.618_034).fract();
+                        let noise = Sampler::new(0, i as u32, t as u32, s).next_four()[0];
                         pixel.add(Vec3::splat(noise));
                     }
                 }
