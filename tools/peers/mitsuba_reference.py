@@ -112,7 +112,7 @@ def halflight_curve(mi, program, name, max_depth, reference, root):
             subprocess.run([program, "render", scene, "-o", out, "--spp", str(spp), "--max-depth", str(max_depth - 1),
                             "--stats", stats, "--quiet", "--set", "path.roulette_depth=1000"], check=True)
             image = np.array(mi.Bitmap(out).convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32, False))
-            points.append((spp, json.load(open(stats))["render_cpu_seconds"], relmse(image, reference)))
+            points.append((spp, json.load(open(stats))["frames"][0]["cpu_seconds"], relmse(image, reference)))
     return points
 
 
