@@ -1,6 +1,6 @@
 //! A point where light scatters: the surface that a ray found, its material there, and the frame between the two.
 
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 use halflight_material::{Bsdf, Material, SurfaceInput};
 use halflight_scene::Frame;
 use halflight_trace::{Hit, Ray, Surface};
@@ -82,11 +82,6 @@ impl<'a> Vertex<'a> {
             return Vec3::ZERO;
         }
         self.material.emitted(&SurfaceInput { uv: self.surface.uv, color: Vec3::ONE })
-    }
-
-    /// The texture coordinates.
-    pub fn uv(&self) -> Vec2 {
-        self.surface.uv
     }
 }
 

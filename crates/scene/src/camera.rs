@@ -96,11 +96,6 @@ impl View {
         Vec3::from(pose.matrix3.z_axis).dot(Vec3::from(pose.translation) - point)
     }
 
-    /// Solid angle of one pixel at the centre of the film, in steradians.
-    pub fn pixel_solid_angle(&self) -> f32 {
-        (self.scale.x * self.scale.y).abs()
-    }
-
     fn pose_at(&self, time: f32) -> Affine3A {
         let [open, close] = self.camera.pose;
         if !self.moves {
