@@ -1,0 +1,1 @@
+//! Claims about fits, files, poses and trees.
