@@ -1,0 +1,82 @@
+//! What the kernels compute with: one number, or many side by side.
+
+use std::fmt::Debug;
+use std::ops::{Add, Mul, Neg, Sub};
+
+/// A number, or a group of numbers that are computed together. Implemented for `f32`, `f64` and the lanes of this
+/// crate, and for nothing else.
+pub trait Real:
+    Copy
+    + Debug
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Neg<Output = Self>
+    + sealed::Sealed
+{
+    /// A constant.
+    fn of(value: f64) -> Self;
+    /// `self · b + c`; fused where that is one instruction.
+    #[must_use]
+    fn mul_add(self, b: Self, c: Self) -> Self;
+    /// `self − b · c`; fused where that is one instruction.
+    #[must_use]
+    fn less(self, b: Self, c: Self) -> Self;
+    /// Square root.
+    #[must_use]
+    fn sqrt(self) -> Self;
+    /// Quotient.
+    #[must_use]
+    fn over(self, divisor: Self) -> Self;
+    /// The larger of two.
+    #[must_use]
+    fn max(self, other: Self) -> Self;
+    /// The smaller of two.
+    #[must_use]
+    fn min(self, other: Self) -> Self;
+}
+
+pub(crate) mod sealed {
+    /// Keeps the set of implementations closed.
+    pub trait Sealed {}
+}
+
+macro_rules! plain {
+    ($t:ty) => {
+        impl sealed::Sealed for $t {}
+        impl Real for $t {
+            #[inline(always)]
+            fn of(value: f64) -> Self {
+                value as $t
+            }
+            #[inline(always)]
+            fn mul_add(self, b: Self, c: Self) -> Self {
+                // Not fused: without the instruction, `f32::mul_add` is a call of a slow function.
+                self * b + c
+            }
+            #[inline(always)]
+            fn less(self, b: Self, c: Self) -> Self {
+                self - b * c
+            }
+            #[inline(always)]
+            fn sqrt(self) -> Self {
+                self.sqrt()
+            }
+            #[inline(always)]
+            fn over(self, divisor: Self) -> Self {
+                self / divisor
+            }
+            #[inline(always)]
+            fn max(self, other: Self) -> Self {
+                if self > other { self } else { other }
+            }
+            #[inline(always)]
+            fn min(self, other: Self) -> Self {
+                if self < other { self } else { other }
+            }
+        }
+    };
+}
+
+plain!(f32);
+plain!(f64);

@@ -1,0 +1,120 @@
+//! Rotation of SH vectors by a matrix.
+//!
+//! Active: (R f)(ω) = f(Rᵀ ω), so what stood at ω stands at R ω afterwards. A rotation R = Rz(α) Ry(β) Rz(γ) acts as
+//! `D = Z_α X₋₉₀ Z_β X₊₉₀ Z_γ` ([004], in the order printed there): rotations about z mix only the coefficients ±m of a
+//! band, `f'₋ₘ = cos(mα) f₋ₘ + sin(mα) fₘ`, `f'ₘ = −sin(mα) f₋ₘ + cos(mα) fₘ`, and the two quarter turns about x
+//! (X₊₉₀ takes y to z) are constants, mostly zeros. The slow form, by recursion over the bands, is
+//! [`crate::reference::rotation_matrix`].
+
+use glam::{DMat3, Mat3};
+
+use crate::{Real, Sh, kernels};
+
+/// A rotation prepared for SH vectors of one order. Making it costs a square root and two divisions; keep it when
+/// several vectors turn alike.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rotation<const ORDER: usize, T = f32> {
+    /// (cos mα, sin mα) for m = 0 .. ORDER − 1; then the same of β and γ.
+    turns: [[[T; 2]; ORDER]; 3],
+}
+
+/// (cos ma, sin ma) of one angle.
+#[inline(always)]
+fn multiples<const ORDER: usize, T: Real>(cos: T, sin: T) -> [[T; 2]; ORDER] {
+    let mut all = [[T::of(1.0), T::of(0.0)]; ORDER];
+    for m in 1..ORDER {
+        let [c, s] = all[m - 1];
+        all[m] = [(cos * c).less(sin, s), cos.mul_add(s, sin * c)];
+    }
+    all
+}
+
+/// (x, y) at length 1; where it is too short to tell, (1, 0).
+#[inline(always)]
+fn direction_in_plane<T: Real + PartialEq>(x: T, y: T) -> (T, T) {
+    let across = x.mul_add(x, y * y);
+    let known = across.max(T::of(1e-30));
+    if known == across {
+        let scale = T::of(1.0).over(across.sqrt());
+        (x * scale, y * scale)
+    } else {
+        (T::of(1.0), T::of(0.0))
+    }
+}
+
+#[inline(always)]
+fn about_z<const ORDER: usize, T: Real>(f: &mut Sh<ORDER, T>, turn: &[[T; 2]; ORDER]) {
+    for l in 1..ORDER {
+        for m in 1..=l {
+            let centre = l * l + l;
+            let [cos, sin] = turn[m];
+            let (minus, plus) = (f[centre - m], f[centre + m]);
+            f[centre - m] = cos.mul_add(minus, sin * plus);
+            f[centre + m] = (cos * plus).less(sin, minus);
+        }
+    }
+}
+
+/// A 3 × 3 matrix of numbers `T`: [`Mat3`] of f32, [`DMat3`] of f64.
+pub trait Matrix3<T>: sealed::Sealed {
+    /// The images of x, y and z.
+    fn columns(&self) -> [[T; 3]; 3];
+}
+
+mod sealed {
+    /// Keeps the set of implementations closed.
+    pub trait Sealed {}
+    impl Sealed for glam::Mat3 {}
+    impl Sealed for glam::DMat3 {}
+}
+
+impl Matrix3<f32> for Mat3 {
+    fn columns(&self) -> [[f32; 3]; 3] {
+        self.to_cols_array_2d()
+    }
+}
+
+impl Matrix3<f64> for DMat3 {
+    fn columns(&self) -> [[f64; 3]; 3] {
+        self.to_cols_array_2d()
+    }
+}
+
+impl<const ORDER: usize, T: Real + PartialEq> Sh<ORDER, T> {
+    /// The function turned by a rotation matrix.
+    #[inline]
+    #[must_use]
+    pub fn rotated(&self, matrix: &impl Matrix3<T>) -> Self {
+        Rotation::from_matrix(matrix).apply(self)
+    }
+}
+
+impl<const ORDER: usize, T: Real + PartialEq> Rotation<ORDER, T> {
+    /// The rotation of a matrix that is orthogonal with determinant 1.
+    ///
+    /// α comes from the image of +z; near the poles it is poorly known, and β and γ are then computed from it, so that
+    /// its error cancels.
+    #[inline]
+    #[must_use]
+    pub fn from_matrix(matrix: &impl Matrix3<T>) -> Self {
+        let [x, y, z] = matrix.columns();
+        let (ca, sa) = direction_in_plane(z[0], z[1]);
+        let (cb, sb) = (z[2], ca.mul_add(z[0], sa * z[1]));
+        let (sg, cg) = ((ca * x[1]).less(sa, x[0]), (ca * y[1]).less(sa, y[0]));
+        Rotation { turns: [multiples(ca, sa), multiples(cb, sb), multiples(cg, sg)] }
+    }
+
+    /// The function turned.
+    #[inline]
+    #[must_use]
+    pub fn apply(&self, sh: &Sh<ORDER, T>) -> Sh<ORDER, T> {
+        let [alpha, beta, gamma] = &self.turns;
+        let mut f = *sh;
+        about_z(&mut f, gamma);
+        f = Sh(kernels::quarter_turn(&f.0));
+        about_z(&mut f, beta);
+        f = Sh(kernels::quarter_turn_back(&f.0));
+        about_z(&mut f, alpha);
+        f
+    }
+}
