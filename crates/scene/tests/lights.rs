@@ -164,7 +164,7 @@ fn choosing_among_all_kinds_of_lights_gives_the_sum_of_their_irradiances() {
             if let Some(sample) = lights.sample(Vec3::ZERO, choice, u, 0.0) {
                 let cosine = normal.dot(sample.direction).max(0.0);
                 let radiance = match sample.arrival {
-                    Arrival::Environment => lights.escaped(sample.direction),
+                    Arrival::Environment(point) => lights.environment().unwrap().radiance_at(point),
                     Arrival::From { radiance, .. } => radiance,
                 };
                 sum += (radiance * cosine / sample.pdf).as_dvec3() / f64::from(n);

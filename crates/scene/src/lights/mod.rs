@@ -12,7 +12,7 @@ mod solid_angle;
 use glam::{Vec2, Vec3};
 
 pub use emitter::{Emitter, EmitterShape};
-pub use environment::{Environment, EnvironmentMap, luminance};
+pub use environment::{Environment, EnvironmentMap, MapPoint, luminance};
 pub use sky::{Sky, studio};
 
 use crate::sampling::Choice;
@@ -55,8 +55,9 @@ pub struct LightSample {
 /// Where light comes from.
 #[derive(Clone, Copy, Debug)]
 pub enum Arrival {
-    /// From the environment; [`Lights::escaped`] tells its radiance, for those who know that nothing is in the way.
-    Environment,
+    /// From this point of the environment; [`Environment::radiance_at`] tells how much, for those who know that nothing
+    /// is in the way.
+    Environment(MapPoint),
     /// From a light.
     From {
         /// The lit end of the shadow ray; `None` for a light at infinity.
@@ -157,11 +158,9 @@ impl Lights {
         self.environment.as_ref().map_or(Vec3::ZERO, |e| e.radiance(direction))
     }
 
-    /// [`Self::escaped`], and the density over solid angle with which [`Self::sample`] chooses that direction.
-    pub fn escaped_and_pdf(&self, direction: Vec3) -> (Vec3, f32) {
-        let Some(environment) = &self.environment else { return (Vec3::ZERO, 0.0) };
-        let (radiance, pdf) = environment.radiance_and_pdf(direction);
-        (radiance, self.environment_probability * pdf)
+    /// Density over solid angle with which [`Self::sample`] chooses a point of the environment.
+    pub fn environment_pdf(&self, point: MapPoint) -> f32 {
+        self.environment.as_ref().map_or(0.0, |e| self.environment_probability * e.pdf_at(point))
     }
 
     /// The emitter that a primitive is.
@@ -180,11 +179,11 @@ impl Lights {
     /// Light for the point `from`; `None` where the chosen light cannot reach it.
     pub fn sample(&self, from: Vec3, u_choice: f32, u: Vec2, time: f32) -> Option<LightSample> {
         if u_choice < self.environment_probability {
-            let (direction, pdf) = self.environment.as_ref()?.sample(u);
+            let (direction, point, pdf) = self.environment.as_ref()?.sample(u);
             let pdf = pdf * self.environment_probability;
             return (pdf > 0.0).then_some(LightSample {
                 direction,
-                arrival: Arrival::Environment,
+                arrival: Arrival::Environment(point),
                 pdf,
                 delta: false,
             });

@@ -7,7 +7,7 @@
 
 use glam::{Vec2, Vec3};
 use halflight_scene::Frame;
-use halflight_scene::lights::Arrival;
+use halflight_scene::lights::{Arrival, MapPoint};
 use halflight_trace::{Hit, Ray};
 
 use super::PathSettings;
@@ -38,11 +38,16 @@ impl Integrator<'_> {
         let mut throughput = Vec3::ONE;
         // None after the camera and after smooth surfaces: no light sampling could have found what is found then.
         let mut departure: Option<Departure> = None;
+        // Where the ray under way meets the environment if nothing is hit, when that was looked for ahead.
+        let mut ahead: Option<MapPoint> = None;
         for depth in 0.. {
             let Some(found) = hit else {
-                let (escaped, pdf) = lights.escaped_and_pdf(ray.direction);
-                let weight = departure.map_or(1.0, |d| balance(d.pdf, pdf));
-                radiance += self.bounded(throughput * escaped * weight, depth);
+                if let Some(environment) = lights.environment() {
+                    let point = ahead.unwrap_or_else(|| environment.locate(ray.direction));
+                    let pdf = lights.environment_pdf(point);
+                    let weight = departure.map_or(1.0, |d| balance(d.pdf, pdf));
+                    radiance += self.bounded(throughput * environment.radiance_at(point) * weight, depth);
+                }
                 break;
             };
             let vertex = Vertex::new(frame, &ray, &found);
@@ -83,7 +88,9 @@ impl Integrator<'_> {
             let is_last = depth + 1 >= self.settings.max_depth;
             if is_last && lights.emitters().is_empty() {
                 // Only the environment can be found now: whether anything is in the way is all that matters.
-                if lights.environment().is_none() || frame.world.occluded(&ray) {
+                let Some(environment) = lights.environment() else { break };
+                ahead = Some(environment.locate(direction));
+                if frame.world.occluded(&ray) {
                     break;
                 }
                 hit = None;
@@ -119,7 +126,7 @@ impl Integrator<'_> {
             return Vec3::ZERO;
         }
         let radiance = match light.arrival {
-            Arrival::Environment => lights.escaped(light.direction),
+            Arrival::Environment(point) => lights.environment().map_or(Vec3::ZERO, |e| e.radiance_at(point)),
             Arrival::From { radiance, .. } => radiance,
         };
         let weight = if light.delta { 1.0 } else { balance(light.pdf, pdf) };

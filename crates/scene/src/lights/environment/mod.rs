@@ -5,6 +5,7 @@
 //! right, the top row is +y. Radiance is interpolated bilinearly, periodic in u and clamped in v.
 
 mod arcs;
+mod prefetch;
 mod table;
 mod texels;
 
@@ -15,7 +16,7 @@ use glam::{Vec2, Vec3};
 use halflight_image::RgbImage;
 use rayon::prelude::*;
 
-use arcs::{fast_acos, fast_atan2};
+use arcs::{fast_acos, fast_atan2, fast_sin_cos_of_turns};
 use table::Table;
 use texels::Texels;
 
@@ -59,6 +60,10 @@ impl EnvironmentMap {
     }
 }
 
+/// Where a direction meets a map; see [`Environment::locate`].
+#[derive(Clone, Copy, Debug)]
+pub struct MapPoint(Vec2);
+
 /// A map with a rotation about +y and an intensity: what a frame sees at infinity.
 #[derive(Clone, Debug)]
 pub struct Environment {
@@ -71,27 +76,46 @@ pub struct Environment {
 }
 
 impl Environment {
+    /// Where `direction` (unit) meets the map. What is stored there is on its way into the cache when this returns:
+    /// trace the ray that decides whether it is seen before asking for it.
+    #[inline]
+    pub fn locate(&self, direction: Vec3) -> MapPoint {
+        let point = MapPoint(self.uv(direction));
+        self.map.texels.prefetch(point.0);
+        self.map.table.prefetch(point.0);
+        point
+    }
+
+    /// Radiance that arrives from where the map was met.
+    #[inline]
+    pub fn radiance_at(&self, point: MapPoint) -> Vec3 {
+        self.intensity * self.map.texels.interpolated(point.0)
+    }
+
+    /// Density over solid angle with which [`Self::sample`] chooses that direction.
+    #[inline]
+    pub fn pdf_at(&self, point: MapPoint) -> f32 {
+        self.map.table.density(point.0)
+    }
+
     /// Radiance that arrives from `direction` (unit).
     pub fn radiance(&self, direction: Vec3) -> Vec3 {
-        self.intensity * self.map.texels.interpolated(self.uv(direction))
+        self.radiance_at(self.locate(direction))
     }
 
     /// Density over solid angle with which [`Self::sample`] chooses `direction`.
     pub fn pdf(&self, direction: Vec3) -> f32 {
-        self.map.table.density(self.uv(direction))
+        self.pdf_at(self.locate(direction))
     }
 
-    /// [`Self::radiance`] and [`Self::pdf`] together, for the price of one.
-    pub fn radiance_and_pdf(&self, direction: Vec3) -> (Vec3, f32) {
-        let uv = self.uv(direction);
-        (self.intensity * self.map.texels.interpolated(uv), self.map.table.density(uv))
-    }
-
-    /// A direction and its density over solid angle; [`Self::radiance`] tells what comes from there, once it is
-    /// known that nothing is in the way.
-    pub fn sample(&self, u: Vec2) -> (Vec3, f32) {
+    /// A direction, where it meets the map, and its density over solid angle. The darkest parts of the map are drawn
+    /// more rarely than their light deserves: to be joined with sampling of the material.
+    #[inline]
+    pub fn sample(&self, u: Vec2) -> (Vec3, MapPoint, f32) {
         let (map_u, cos_theta, density) = self.map.table.sample(u);
-        (self.direction(map_u, cos_theta), density)
+        let point = MapPoint(Vec2::new(map_u, fast_acos(cos_theta) / PI));
+        self.map.texels.prefetch(point.0);
+        (self.direction(map_u, cos_theta), point, density)
     }
 
     /// Mean radiance over the sphere, with the intensity.
@@ -109,7 +133,7 @@ impl Environment {
 
     fn direction(&self, u: f32, cos_theta: f32) -> Vec3 {
         let sin_theta = (1.0 - cos_theta * cos_theta).max(0.0).sqrt();
-        let (sin, cos) = (TAU * (u - 0.5) - self.rotation).sin_cos();
+        let (sin, cos) = fast_sin_cos_of_turns(u - 0.5 - self.rotation / TAU);
         Vec3::new(sin * sin_theta, cos_theta, -cos * sin_theta)
     }
 }
@@ -148,14 +172,13 @@ mod tests {
             let environment = spotted(width, height);
             for i in 0..2000u32 {
                 let u = Vec2::new((i as f32 * 0.618_034).fract(), (i as f32 + 0.5) / 2000.0);
-                let (direction, pdf) = environment.sample(u);
+                let (direction, point, pdf) = environment.sample(u);
                 assert!((direction.length() - 1.0).abs() < 1e-5);
                 let looked_up = environment.pdf(direction);
                 assert!((pdf - looked_up).abs() <= 2e-3 * pdf, "{width}x{height} {u}: {pdf} {looked_up}");
-                assert_eq!(
-                    environment.radiance_and_pdf(direction),
-                    (environment.radiance(direction), looked_up)
-                );
+                assert_eq!(environment.pdf_at(point), pdf);
+                let (here, there) = (environment.radiance_at(point), environment.radiance(direction));
+                assert!(here.distance(there) <= 0.02 * there.length(), "{width}x{height} {u}: {here} {there}");
             }
         }
     }
@@ -178,7 +201,7 @@ mod tests {
         let n = 1 << 14;
         for i in 0..n {
             let u = Vec2::new((i as f32 * 0.618_034).fract(), (i as f32 + 0.5) / n as f32);
-            let (direction, pdf) = environment.sample(u);
+            let (direction, _, pdf) = environment.sample(u);
             estimate += environment.radiance(direction) / pdf / n as f32;
         }
         let mean = environment.mean_radiance() * 4.0 * PI;
@@ -206,7 +229,8 @@ mod tests {
                 if x == 300 && y == 100 { [base + sun; 3] } else { [base; 3] }
             }))
         };
-        assert_eq!(map(0.0).table.size(), (64, 32));
-        assert_eq!(map(1e6).table.size(), (1024, 512));
+        assert_eq!(map(0.0).table.rows_and_cells(), (32, 32 * 32));
+        // The sun reaches over the row above and the row below.
+        assert_eq!(map(1e6).table.rows_and_cells(), (512, 3 * 1024 + 509 * 32));
     }
 }

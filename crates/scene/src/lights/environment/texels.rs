@@ -8,6 +8,8 @@ use glam::{Vec2, Vec3};
 use halflight_image::RgbImage;
 use rayon::prelude::*;
 
+use super::prefetch::prefetch;
+
 const FRACTION_BITS: u32 = 18;
 const FRACTION_MASK: u64 = (1 << FRACTION_BITS) - 1;
 /// Powers of two are stored with this added. Dimmer texels than 2⁻¹⁰⁰ are black.
@@ -34,18 +36,34 @@ impl Texels {
     /// The map at texture coordinates in [0, 1), texel centres at (i + ½)/width, (j + ½)/height.
     #[inline]
     pub(super) fn interpolated(&self, uv: Vec2) -> Vec3 {
+        let ([x0, x1], [row0, row1], f) = self.corners(uv);
+        let texel = |i: usize| unpack(self.packed[i]);
+        let top = texel(row0 + x0).lerp(texel(row0 + x1), f.x);
+        top.lerp(texel(row1 + x0).lerp(texel(row1 + x1), f.x), f.y)
+    }
+
+    /// Begins to bring what [`Self::interpolated`] will read into the cache.
+    #[inline]
+    pub(super) fn prefetch(&self, uv: Vec2) {
+        let ([x0, _], rows, _) = self.corners(uv);
+        // The neighbour across is in the same line seven times of eight.
+        for row in rows {
+            prefetch(&self.packed, row + x0);
+        }
+    }
+
+    /// The two columns, the starts of the two rows, and how far the place lies towards the second of each.
+    #[inline]
+    fn corners(&self, uv: Vec2) -> ([usize; 2], [usize; 2], Vec2) {
         let (width, height) = (self.width as i32, self.height as i32);
         // Half a texel is added instead of subtracted, so that truncation rounds down.
-        let x = uv.x * width as f32 + 0.5;
-        let y = uv.y * height as f32 + 0.5;
+        let (x, y) = (uv.x * width as f32 + 0.5, uv.y * height as f32 + 0.5);
         let (x_whole, y_whole) = (x as i32, y as i32);
-        let (fx, fy) = (x - x_whole as f32, y - y_whole as f32);
         let x0 = if x_whole == 0 { width - 1 } else { (x_whole - 1).min(width - 1) };
         let x1 = if x_whole >= width { 0 } else { x_whole };
-        let (y0, y1) = ((y_whole - 1).clamp(0, height - 1), y_whole.clamp(0, height - 1));
-        let texel = |x: i32, y: i32| unpack(self.packed[(y * width + x) as usize]);
-        let top = texel(x0, y0).lerp(texel(x1, y0), fx);
-        top.lerp(texel(x0, y1).lerp(texel(x1, y1), fx), fy)
+        let row = |y: i32| y.clamp(0, height - 1) as usize * self.width;
+        let fraction = Vec2::new(x - x_whole as f32, y - y_whole as f32);
+        ([x0 as usize, x1 as usize], [row(y_whole - 1), row(y_whole)], fraction)
     }
 }
 
