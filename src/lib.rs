@@ -52,6 +52,7 @@
 //! | [`trace`] | rays against everything |
 //! | [`scene`] | scene files, lights, cameras, animation |
 //! | [`render`] | the film, samplers, and the techniques |
+//! | [`sphere_visibility`] | how far the shadows of a sphere set are from those of its mesh |
 
 pub use halflight_file as file;
 pub use halflight_image as image;
@@ -60,6 +61,8 @@ pub use halflight_render as render;
 pub use halflight_scene as scene;
 pub use halflight_shape as shape;
 pub use halflight_trace as trace;
+
+pub mod sphere_visibility;
 
 pub use render::{Budget, Film, Progress, Quiet, RenderReport, Technique, TechniqueError, techniques};
 pub use scene::{Frame, LoadOptions, Scene, SceneError};

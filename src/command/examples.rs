@@ -63,6 +63,13 @@ pub(crate) const EXAMPLES: &[Example] = &[
         "halflight brdf synth \"conductor roughness=0.3\" -o metal.binary",
     ),
     example("brdf", "What a measured material is like", "halflight brdf info paint.binary"),
+    example("spheres", "25 spheres for a mesh", "halflight spheres fit bunny.ply -n 25 -o small.spheres"),
+    example("spheres", "How good they are", "halflight spheres check bunny.ply bunny.spheres"),
+    example(
+        "spheres",
+        "What they look like",
+        "halflight spheres show bunny.spheres bunny.ply -o spheres.png",
+    ),
     example("demo", "Which scenes there are", "halflight demo --list"),
     example("demo", "One of them, small", "halflight demo cornell-box --size 160x160 --spp 8 -o cornell.png"),
     example("bench", "Rays per second on a mesh made for it", "halflight bench rays --quick"),

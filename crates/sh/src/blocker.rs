@@ -127,8 +127,11 @@ impl<const ORDER: usize> BlockerTable<ORDER> {
         let place = (half_angle * (last as f32 * std::f32::consts::FRAC_2_PI)).clamp(0.0, last as f32);
         let below = (place as usize).min(last - 1);
         let t = place - below as f32;
-        let (a, b) = (&self.scaled[below], &self.scaled[below + 1]);
-        std::array::from_fn(|l| a[l] + (b[l] - a[l]) * t)
+        let (mut scaled, next) = (self.scaled[below], &self.scaled[below + 1]);
+        for l in 0..ORDER {
+            scaled[l] += (next[l] - scaled[l]) * t;
+        }
+        scaled
     }
 
     /// Log-ZH of the visibility of a cap; half-angles are clamped to [0, π/2].

@@ -6,6 +6,7 @@
 use std::sync::OnceLock;
 
 use crate::Real;
+use crate::sh::filled;
 use crate::tensor::{Entry, tripling_entries};
 
 include!(concat!(env!("OUT_DIR"), "/kernels.rs"));
@@ -14,7 +15,7 @@ include!(concat!(env!("OUT_DIR"), "/kernels.rs"));
 #[inline(always)]
 fn same<T: Copy, const A: usize, const B: usize>(from: &[[T; A]; A]) -> [[T; B]; B] {
     debug_assert_eq!(A, B);
-    std::array::from_fn(|i| std::array::from_fn(|j| from[i][j]))
+    filled(|row, column| from[row][column])
 }
 
 macro_rules! by_order {

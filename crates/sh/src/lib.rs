@@ -41,6 +41,7 @@
 
 pub mod attenuation;
 pub mod batch;
+pub mod bench;
 mod blocker;
 mod eigen;
 mod error;

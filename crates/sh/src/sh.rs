@@ -2,6 +2,7 @@
 
 use std::ops::{Add, AddAssign, Index, IndexMut, Mul, MulAssign, Neg, Sub, SubAssign};
 
+use crate::zonal::scale_bands;
 use crate::{Real, Zh, kernels};
 
 /// A function on the sphere as `ORDER`² coefficients: bands 0 to `ORDER` − 1, coefficient (l, m) at l² + l + m.
@@ -23,7 +24,7 @@ impl<const ORDER: usize, T: Copy> Sh<ORDER, T> {
     #[must_use]
     pub fn from_fn(mut coefficient: impl FnMut(usize) -> T) -> Self {
         const { Self::CHECK };
-        Sh(std::array::from_fn(|row| std::array::from_fn(|column| coefficient(row * ORDER + column))))
+        Sh(filled(|row, column| coefficient(row * ORDER + column)))
     }
 
     /// The coefficients of a slice, if it has as many.
@@ -55,7 +56,7 @@ impl<const ORDER: usize, T: Copy> Sh<ORDER, T> {
     #[inline(always)]
     #[must_use]
     pub fn map<U: Copy>(&self, mut change: impl FnMut(T) -> U) -> Sh<ORDER, U> {
-        Sh(self.0.map(|row| row.map(&mut change)))
+        Sh(filled(|row, column| change(self.0[row][column])))
     }
 
     /// The same function with more bands (zero) or fewer (cut off).
@@ -186,13 +187,8 @@ impl<const ORDER: usize, T: Real> Sh<ORDER, T> {
     /// Convolution with a zonal function: f_lm √(4π/(2l+1)) z_l.
     #[must_use]
     pub fn convolved(&self, kernel: &Zh<ORDER, T>) -> Self {
-        let scaled: [T; ORDER] = std::array::from_fn(|l| kernel.0[l] * T::of(zonal_factor(l)));
         let mut sh = *self;
-        for l in 0..ORDER {
-            for value in &mut sh.coefficients_mut()[l * l..(l + 1) * (l + 1)] {
-                *value = *value * scaled[l];
-            }
-        }
+        scale_bands(&mut sh, &kernel.scaled());
         sh
     }
 
@@ -201,6 +197,23 @@ impl<const ORDER: usize, T: Real> Sh<ORDER, T> {
     pub fn irradiance(&self) -> Self {
         self.convolved(&Zh::clamped_cosine())
     }
+}
+
+/// An array from its places. A plain loop: the functions of the standard library are calls that are not always inlined,
+/// and a call inside a kernel leaves the instructions it is compiled for.
+#[inline(always)]
+pub(crate) fn filled<const A: usize, const B: usize, T: Copy>(
+    mut value: impl FnMut(usize, usize) -> T,
+) -> [[T; B]; A] {
+    let mut all = [[value(0, 0); B]; A];
+    for row in 0..A {
+        for column in 0..B {
+            if row + column > 0 {
+                all[row][column] = value(row, column);
+            }
+        }
+    }
+    all
 }
 
 /// √4π: the coefficient of the function 1.

@@ -71,9 +71,18 @@ impl<const ORDER: usize, T: Real> Zh<ORDER, T> {
     #[must_use]
     pub fn to_direction(&self, axis: impl Into<[T; 3]>) -> Sh<ORDER, T> {
         let mut sh = Sh::basis(axis);
-        let scaled: [T; ORDER] = std::array::from_fn(|l| self.0[l] * T::of(zonal_factor(l)));
-        scale_bands(&mut sh, &scaled);
+        scale_bands(&mut sh, &self.scaled());
         sh
+    }
+
+    /// z_l √(4π/(2l+1)).
+    #[inline(always)]
+    pub(crate) fn scaled(&self) -> [T; ORDER] {
+        let mut scaled = self.0;
+        for l in 0..ORDER {
+            scaled[l] = scaled[l] * T::of(zonal_factor(l));
+        }
+        scaled
     }
 
     /// The function with its axis along +z.

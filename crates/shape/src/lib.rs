@@ -32,6 +32,7 @@ pub use model::{
     ModelTexture, ModelTrack, Placement, PosedMesh, Wrap,
 };
 pub use sphere_set::{
-    MAX_SPHERES, RestSurface, SPHERES_VERSION, SilhouetteAgreement, SphereCoverage, SphereFitError, SphereFitOptions,
-    SphereFitReport, SphereInfluences, SphereMeasure, SphereSet, SphereTree, SphereTreeNode,
+    MAX_SPHERES, RestSurface, SPHERES_VERSION, SilhouetteAgreement, SphereCoverage, SphereFitError,
+    SphereFitOptions, SphereFitReport, SphereInfluences, SphereMeasure, SphereSet, SphereTree,
+    SphereTreeNode,
 };

@@ -53,7 +53,7 @@ fn scene(path: &std::path::Path) -> Result<Description, Failure> {
 }
 
 /// A line `  label   value` of a description.
-pub(super) fn field(text: &mut String, label: &str, value: impl std::fmt::Display) {
+pub(crate) fn field(text: &mut String, label: &str, value: impl std::fmt::Display) {
     *text += &format!("  {label:<14} {value}\n");
 }
 

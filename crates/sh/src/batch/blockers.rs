@@ -1,6 +1,6 @@
 //! Blockers looked up in the table, turned to their directions and added up.
 
-use super::{Lanes, WIDTH, load, store};
+use super::{Lanes, WIDTH, load, load_direction, store};
 use crate::simd::{Kernel, Lane, Simd};
 use crate::zonal::scale_bands;
 use crate::{BlockerTable, Sh};
@@ -50,7 +50,7 @@ fn log_visibility_of<const ORDER: usize, V: Lane>(
     let at = part * V::N;
     log_visibility(
         columns,
-        [0, 1, 2].map(|axis| V::load(&caps.direction[axis].0[at..])),
+        load_direction(&caps.direction, part),
         V::load(&caps.half_angle.0[at..]),
         V::load(&caps.weight.0[at..]),
     )

@@ -1,6 +1,6 @@
 //! Basis, zonal rotation, product, square and dot product, block by block.
 
-use super::{Lanes, WIDTH, load, store};
+use super::{Lanes, WIDTH, load, load_direction, store};
 use crate::sh::zonal_factor;
 use crate::simd::{Kernel, Lane, Simd};
 use crate::zonal::scale_bands;
@@ -23,8 +23,7 @@ impl<const ORDER: usize> Kernel for Basis<'_, ORDER> {
     fn run<V: Lane>(self) {
         for (block, direction) in self.directions.iter().enumerate() {
             for part in 0..WIDTH / V::N {
-                let [x, y, z] = [0, 1, 2].map(|axis| V::load(&direction[axis].0[part * V::N..]));
-                let mut sh = Sh::<ORDER, V>::basis([x, y, z]);
+                let mut sh = Sh::<ORDER, V>::basis(load_direction(direction, part));
                 if let Some(zh) = self.zonal.get(block) {
                     let mut factors = [V::splat(0.0); ORDER];
                     for l in 0..ORDER {

@@ -38,6 +38,12 @@ fn load<const ORDER: usize, V: Lane>(block: &Sh<ORDER, Lanes>, part: usize) -> S
 }
 
 #[inline(always)]
+fn load_direction<V: Lane>(direction: &[Lanes; 3], part: usize) -> [V; 3] {
+    let at = part * V::N;
+    [V::load(&direction[0].0[at..]), V::load(&direction[1].0[at..]), V::load(&direction[2].0[at..])]
+}
+
+#[inline(always)]
 fn store<const ORDER: usize, V: Lane>(values: &Sh<ORDER, V>, block: &mut Sh<ORDER, Lanes>, part: usize) {
     for (lanes, value) in block.coefficients_mut().iter_mut().zip(values.coefficients()) {
         value.store(&mut lanes.0[part * V::N..]);

@@ -4,7 +4,7 @@ use halflight_sh::{Rotation, Sh, reference};
 use crate::common::{Numbers, largest_difference};
 
 fn slow<const N: usize>(f: &Sh<N, f64>, r: &DMat3) -> Sh<N, f64> {
-    Sh::from_slice(&reference::rotated(f.coefficients(), r)).unwrap()
+    Sh::from_slice(&reference::rotated(f.coefficients(), r)).expect("as many coefficients")
 }
 
 fn both_forms_agree<const N: usize>(limit: f64) {

@@ -14,7 +14,7 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::cover::{Ball, assign, costs, grow};
+use super::cover::{Ball, Cost, assign, costs, grow};
 use super::follow::strongest;
 use super::points::{self, SurfacePoint};
 use super::refit::refit;
@@ -32,12 +32,14 @@ const MOST_POINTS: usize = 24_000;
 /// One inside point for so many on the surface: they only keep spheres from settling in the skin.
 const INSIDE_SHARE: usize = 4;
 /// Alternations before and after teleportation, and within one trial of it.
-const ROUNDS: usize = 16;
-const TRIAL_ROUNDS: usize = 3;
+const ROUNDS: usize = 24;
+const TRIAL_ROUNDS: usize = 5;
+/// Alternations with the points that were missed.
+const DENSE_ROUNDS: usize = 4;
 /// A round that lowers the sum by less than this share is the last.
-const CONVERGED: f32 = 2e-3;
+const CONVERGED: f32 = 1e-3;
 /// Trials of teleportation that may fail in a row.
-const PATIENCE: usize = 9;
+const PATIENCE: usize = 15;
 /// Points that must be covered in the end, besides all vertices.
 const DENSE_POINTS: usize = 60_000;
 /// Radii are widened by the rounding of centres and distances.
@@ -102,7 +104,10 @@ impl SphereSet {
     ///
     /// # Errors
     /// As [`SphereSet::fit`].
-    pub fn fit_model(model: &Model, options: &SphereFitOptions) -> Result<(Self, SphereFitReport), SphereFitError> {
+    pub fn fit_model(
+        model: &Model,
+        options: &SphereFitOptions,
+    ) -> Result<(Self, SphereFitReport), SphereFitError> {
         let (set, mut report) = Self::fit_surface(&model.rest_surface(), options)?;
         if model.is_animated() && model.meshes.iter().any(|m| !m.morphs.is_empty()) {
             report.warnings.push("the model has morph targets, which spheres do not follow".into());
@@ -132,8 +137,9 @@ impl SphereSet {
             return Err(no_surface());
         }
         let positions: Vec<Vec3> = mesh.positions.iter().map(|p| (*p - middle) / scale).collect();
-        let mut fit = Fit::new(&positions, &mesh.triangles, (low - middle) / scale, (high - middle) / scale, options)
-            .ok_or_else(no_surface)?;
+        let mut fit =
+            Fit::new(&positions, &mesh.triangles, (low - middle) / scale, (high - middle) / scale, options)
+                .ok_or_else(no_surface)?;
         fit.run(options);
         let covered_points = fit.cover_all(&positions, &mesh.triangles);
         let set = Self {
@@ -141,7 +147,11 @@ impl SphereSet {
             mesh_hash: surface.hash(),
             centers: fit.balls.iter().map(|b| b.center * scale + middle).collect(),
             radii: fit.balls.iter().map(|b| b.radius * (1.0 + ROUNDING) * scale + ROUNDING * scale).collect(),
-            influences: if influences.is_empty() { Vec::new() } else { fit.influences(&mesh.triangles, influences) },
+            influences: if influences.is_empty() {
+                Vec::new()
+            } else {
+                fit.influences(&mesh.triangles, influences)
+            },
         };
         let mut warnings = Vec::new();
         if !fit.has_interior {
@@ -220,7 +230,7 @@ impl Fit {
     }
 
     fn run(&mut self, options: &SphereFitOptions) {
-        self.settle(ROUNDS);
+        self.settle(ROUNDS, CONVERGED);
         let (mut failed, mut trial) = (0, 0);
         while trial < options.teleports && failed < PATIENCE && self.balls.len() > 1 {
             if self.teleport(failed) {
@@ -231,23 +241,25 @@ impl Fit {
             }
             trial += 1;
         }
-        self.settle(ROUNDS);
+        self.settle(ROUNDS, CONVERGED);
     }
 
-    /// Rounds until the sum stops falling; the best state is kept.
-    fn settle(&mut self, most: usize) {
+    /// Rounds until the sum falls by less than a share; the best state is kept. A share of −∞ takes all rounds: after a
+    /// jump the sum may rise before it falls.
+    fn settle(&mut self, most: usize, share: f32) {
         let mut best = (self.balls.clone(), self.values.clone(), self.groups.clone());
         let mut least = self.total();
         for _ in 0..most {
             self.round();
             let total = self.total();
+            let falls = total <= (1.0 - share) * least;
             if total < least {
                 best = (self.balls.clone(), self.values.clone(), self.groups.clone());
+                least = total;
             }
-            if total > (1.0 - CONVERGED) * least {
+            if !falls {
                 break;
             }
-            least = total;
         }
         (self.balls, self.values, self.groups) = best;
     }
@@ -262,17 +274,36 @@ impl Fit {
         for (point, &owner) in owners.iter().enumerate() {
             groups[owner as usize].push(point as u32);
         }
+        self.share_with_idle(&mut groups, &costs);
         let fitted: Vec<(Ball, f32)> = (0..self.balls.len())
             .into_par_iter()
             .map(|s| {
                 if groups[s] == self.groups[s] && self.values[s].is_finite() {
                     return (before[s], self.values[s]);
                 }
+                // A ball that was idle has its old place far from its new points; the middle of them serves as well.
                 self.fitted(before[s], &groups[s])
             })
             .collect();
         (self.balls, self.values) = fitted.into_iter().unzip();
         self.groups = groups;
+    }
+
+    /// A ball that got no point takes half of the points of the ball that costs most.
+    fn share_with_idle(&self, groups: &mut [Vec<u32>], costs: &[Cost]) {
+        let mut prices: Vec<f32> = self.balls.iter().zip(costs).map(|(b, c)| c.at(b.radius)).collect();
+        for idle in 0..groups.len() {
+            if !groups[idle].is_empty() {
+                continue;
+            }
+            let worst = (0..groups.len()).filter(|&s| groups[s].len() > 1);
+            let Some(worst) = worst.max_by(|&a, &b| prices[a].total_cmp(&prices[b]).then(b.cmp(&a))) else {
+                return;
+            };
+            let [near, far] = self.halves(&groups[worst]);
+            (groups[worst], groups[idle]) = (near, far);
+            (prices[worst], prices[idle]) = (0.5 * prices[worst], 0.5 * prices[worst]);
+        }
     }
 
     fn fitted(&self, ball: Ball, group: &[u32]) -> (Ball, f32) {
@@ -286,12 +317,14 @@ impl Fit {
     /// Takes away the ball that is missed least and splits the worst; `rank` tries other pairs after failures. Whether
     /// the sum fell; if not, all is as before.
     fn teleport(&mut self, rank: usize) -> bool {
-        let mut losses: Vec<(f32, usize)> = self.losses().into_iter().enumerate().map(|(s, l)| (l, s)).collect();
+        let mut losses: Vec<(f32, usize)> =
+            self.losses().into_iter().enumerate().map(|(s, l)| (l, s)).collect();
         losses.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         let mut worst: Vec<usize> = (0..self.balls.len()).collect();
         worst.sort_by(|&a, &b| self.values[b].total_cmp(&self.values[a]).then(a.cmp(&b)));
-        let removed = losses[(rank % 3).min(losses.len() - 1)].1;
-        let Some(&split) = worst.iter().filter(|&&s| s != removed).nth((rank / 3).min(worst.len() - 2)) else {
+        let removed = losses[(rank % 4).min(losses.len() - 1)].1;
+        let Some(&split) = worst.iter().filter(|&&s| s != removed).nth((rank / 4).min(worst.len() - 2))
+        else {
             return false;
         };
         if self.groups[split].len() < 2 {
@@ -306,9 +339,7 @@ impl Fit {
             self.balls[ball] = fitted;
             self.values[ball] = f32::INFINITY;
         }
-        for _ in 0..TRIAL_ROUNDS {
-            self.round();
-        }
+        self.settle(TRIAL_ROUNDS, f32::NEG_INFINITY);
         let better = self.total() < (1.0 - 1e-3) * least;
         if !better {
             (self.balls, self.values, self.groups) = before;
@@ -383,7 +414,7 @@ impl Fit {
             let step = missed.len().div_ceil(self.points.len()).max(1);
             self.points.extend(missed.iter().step_by(step));
             self.values.fill(f32::INFINITY);
-            self.round();
+            self.settle(DENSE_ROUNDS, CONVERGED);
         }
         let costs = costs(&self.solid, &self.balls, self.least_reach);
         grow(&dense, &mut self.balls, &costs);
@@ -401,7 +432,8 @@ impl Fit {
             corners.flat_map(of_corner).collect::<Vec<_>>()
         };
         let of_ball = |(ball, group): (&Ball, &Vec<u32>)| {
-            let own: Vec<&SurfacePoint> = group.iter().filter_map(|&i| self.surface.get(i as usize)).collect();
+            let own: Vec<&SurfacePoint> =
+                group.iter().filter_map(|&i| self.surface.get(i as usize)).collect();
             if own.is_empty() {
                 let distance = |p: &SurfacePoint| p.position.distance_squared(ball.center);
                 let nearest = self.surface.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));

@@ -45,7 +45,8 @@ impl Model {
         let mesh = merged(&posed.iter().map(|p| (p.mesh.as_ref(), p.transform)).collect::<Vec<_>>());
         let mut influences = Vec::new();
         if self.is_animated() {
-            let parts = self.nodes.iter().enumerate().flat_map(|(n, node)| node.meshes.iter().map(move |m| (n, *m)));
+            let parts =
+                self.nodes.iter().enumerate().flat_map(|(n, node)| node.meshes.iter().map(move |m| (n, *m)));
             for (node, part) in parts {
                 let part = &self.meshes[part];
                 let skin = self.nodes[node].skin.zip(part.influences.as_ref());

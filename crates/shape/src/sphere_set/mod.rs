@@ -11,6 +11,7 @@
 //! | `cover` | which sphere covers which points, and at what cost |
 //! | `refit` | the best centre for a sphere that must enclose given points |
 //! | `solid` | what is inside the mesh: voxels, and the volume of a ball outside of them |
+//! | `sheets` | parts of open meshes that enclose nothing |
 //! | `points` | points on the surface and within |
 //! | `follow` | the surface of a model at rest with its joints; posing |
 //! | `measure` | outside volume and coverage of any set |
@@ -38,6 +39,7 @@ mod follow;
 mod measure;
 mod points;
 mod refit;
+mod sheets;
 mod silhouette;
 mod solid;
 mod start;

@@ -3,7 +3,7 @@
 //! A voxel is inside if the generalised winding number at its centre, w = ∫ (signed crossings along d) dω / 4π,
 //! estimated from the six directions ±x, ±y, ±z, exceeds ½ in magnitude; or if at least five of the six meet the
 //! surface an odd number of times, which saves meshes whose parts do not agree on what is outside. On closed meshes
-//! all six agree; at the holes of a scan the majority decides; a sheet encloses nothing.
+//! all six agree; at the holes of a scan the majority decides; sheets ([`super::sheets`]) enclose nothing.
 //!
 //! Crossings are found by drawing every triangle onto the columns of the grid, three times, with edges that neighbours
 //! decide alike, so that no ray slips through between two triangles. The volume of a ball outside is the sum over the
@@ -12,6 +12,8 @@
 
 use glam::{IVec3, Vec3};
 use rayon::prelude::*;
+
+use super::sheets::without_sheets;
 
 /// The largest radius, in cells, for which a level is used.
 const LARGEST_RADIUS: f32 = 16.0;
@@ -48,7 +50,7 @@ impl Solid {
         // Odd margins keep voxel centres off the planes and edges that modelled meshes like.
         let low = bounds.0 - cell * Vec3::new(1.371, 1.289, 1.447);
         let size = ((bounds.1 - low) / cell).to_array().map(|n| n.ceil() as usize + 2);
-        let inside = fill(positions, triangles, low, cell, size);
+        let inside = fill(positions, &without_sheets(positions, triangles), low, cell, size);
         let volume = inside.iter().filter(|x| **x > 0.0).count() as f64 * f64::from(cell).powi(3);
         let mut levels = Vec::new();
         let mut grid = (inside, size, cell);
@@ -66,14 +68,6 @@ impl Solid {
     /// The edge of the finest cells.
     pub(super) fn cell(&self) -> f32 {
         self.levels[0].cell
-    }
-
-    /// Whether the finest cell at a point is inside.
-    pub(super) fn contains(&self, point: Vec3) -> bool {
-        let level = &self.levels[0];
-        let at = ((point - level.low) / level.cell).floor().as_ivec3();
-        let inside = at.cmpge(IVec3::ZERO).all() && at.cmplt(IVec3::from_array(level.size.map(|n| n as i32))).all();
-        inside && level.value(at.to_array().map(|i| i as usize)) > 0.5
     }
 
     /// All cells of the finest level that are inside: their indices, x fastest.
@@ -157,7 +151,8 @@ impl Level {
         }
         // Smaller than a cell and between the rows: all of it is like the cell it lies in.
         let at = c.floor().as_ivec3();
-        let within = at.cmpge(IVec3::ZERO).all() && at.cmplt(IVec3::new(nx as i32, ny as i32, nz as i32)).all();
+        let within =
+            at.cmpge(IVec3::ZERO).all() && at.cmplt(IVec3::new(nx as i32, ny as i32, nz as i32)).all();
         if within { 1.0 - self.value(at.to_array().map(|i| i as usize)) } else { 1.0 }
     }
 }
@@ -268,7 +263,8 @@ fn crossings(
                 let p = [i as f64, j as f64, 0.0];
                 let sides = [0, 1, 2].map(|k| left_of(corners[k], corners[(k + 1) % 3], p));
                 if sides[0] == sides[1] && sides[1] == sides[2] {
-                    let weights = [(1, 2), (2, 0), (0, 1)].map(|(a, b)| cross(corners[a], corners[b], p) / area);
+                    let weights =
+                        [(1, 2), (2, 0), (0, 1)].map(|(a, b)| cross(corners[a], corners[b], p) / area);
                     let depth: f64 = (0..3).map(|k| weights[k] * corners[k][2]).sum();
                     found.push(((j * size[u] + i) as u32, depth as f32, if area > 0.0 { 1 } else { -1 }));
                 }

@@ -80,7 +80,8 @@ fn medial(solid: &Solid) -> Vec<Ball> {
     };
     let cells: Vec<[usize; 3]> = solid.cells().into_iter().filter(|&c| is_deepest(c)).collect();
     let step = cells.len().div_ceil(MOST_CANDIDATES).max(1);
-    let ball = |c: &[usize; 3]| Ball { center: solid.center(*c), radius: solid.cell() * (INFLATION * at(*c) + 1.0) };
+    let ball =
+        |c: &[usize; 3]| Ball { center: solid.center(*c), radius: solid.cell() * (INFLATION * at(*c) + 1.0) };
     cells.iter().step_by(step).map(ball).collect()
 }
 

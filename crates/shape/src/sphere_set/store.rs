@@ -71,7 +71,10 @@ impl SphereSet {
 
     fn write_to(&self, writer: &mut impl Write) -> io::Result<()> {
         let name = serde_json::to_string(&self.name)?;
-        writeln!(writer, "{{\n  \"format\": \"{FORMAT}\",\n  \"version\": {SPHERES_VERSION},\n  \"name\": {name},")?;
+        writeln!(
+            writer,
+            "{{\n  \"format\": \"{FORMAT}\",\n  \"version\": {SPHERES_VERSION},\n  \"name\": {name},"
+        )?;
         writeln!(writer, "  \"mesh\": \"{:016x}\",\n  \"spheres\": [", self.mesh_hash)?;
         for (i, (center, radius)) in self.spheres().enumerate() {
             let [x, y, z] = center.to_array();
@@ -150,7 +153,9 @@ impl SphereSet {
         let sum: f32 = weights.iter().sum();
         let sound = weights.iter().all(|w| (0.0..=1.001).contains(w)) && (sum - 1.0).abs() < 1e-3;
         if joints.len() != weights.len() || joints.len() > 4 || !(sound || weights.is_empty()) {
-            return Err(format!("joints {joints:?} with weights {weights:?}: up to 4 with weights of sum 1 expected"));
+            return Err(format!(
+                "joints {joints:?} with weights {weights:?}: up to 4 with weights of sum 1 expected"
+            ));
         }
         let mut influences = SphereInfluences { joints: [0; 4], weights: [0.0; 4] };
         for (k, (joint, weight)) in joints.iter().zip(weights).enumerate() {
@@ -174,5 +179,94 @@ impl SphereSet {
             self.name, self.mesh_hash, surface.name
         );
         Err(LoadError::new(ASKED, path, found).hint(FIT_AGAIN))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::TriangleMesh;
+    use crate::mesh::samples::octahedron;
+
+    fn set() -> SphereSet {
+        SphereSet {
+            name: "a \"bunny\"\n".into(),
+            mesh_hash: 0x0123_4567_89ab_cdef,
+            centers: vec![Vec3::new(0.1, -2.0 / 3.0, 1e-7), Vec3::new(1e12, 0.0, -0.0)],
+            radii: vec![1.0 / 3.0, f32::MIN_POSITIVE],
+            influences: vec![
+                SphereInfluences { joints: [4, 7, 0, 0], weights: [0.7, 0.3, 0.0, 0.0] },
+                SphereInfluences { joints: [65535, 0, 0, 0], weights: [1.0, 0.0, 0.0, 0.0] },
+            ],
+        }
+    }
+
+    fn bytes(set: &SphereSet) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        set.write_to(&mut bytes).expect("memory takes all");
+        bytes
+    }
+
+    fn decode(bytes: &[u8]) -> Result<SphereSet, LoadError> {
+        SphereSet::decode(bytes, Path::new("a.spheres"))
+    }
+
+    #[test]
+    fn a_set_reads_back_to_the_same_bits() {
+        for set in [set(), SphereSet { influences: Vec::new(), ..set() }] {
+            assert_eq!(decode(&bytes(&set)).expect("it was just written"), set);
+        }
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.spheres");
+        set().save(&path).expect("it can be written");
+        assert_eq!(SphereSet::load(&path).expect("it was just written"), set());
+    }
+
+    #[test]
+    fn files_cut_short_or_with_a_changed_byte_never_panic() {
+        let whole = bytes(&set());
+        for length in 0..whole.len() - 2 {
+            assert!(decode(&whole[..length]).is_err(), "{length} bytes were read");
+        }
+        for at in 0..whole.len() {
+            for value in [0, b'9', b'e', b'-', b'"', 255] {
+                let mut damaged = whole.clone();
+                damaged[at] = value;
+                if let Ok(set) = decode(&damaged) {
+                    assert!(set.radii.iter().all(|r| r.is_finite() && *r > 0.0));
+                    assert!(set.centers.iter().all(|c| c.is_finite()));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_wrong_with_a_file_is_said() {
+        let text = String::from_utf8(bytes(&set())).expect("text");
+        let said = |from: &str, to: &str| {
+            assert!(text.contains(from), "{from}");
+            decode(text.replace(from, to).as_bytes()).expect_err("it is damaged").to_string()
+        };
+        assert!(said("\"version\": 1", "\"version\": 2").contains("version 2"));
+        assert!(said(FORMAT, "sphere tree").contains("\"sphere tree\""));
+        assert!(said("0123456789abcdef", "xyz").contains("\"xyz\""));
+        assert!(said("0.33333334", "-1").contains("sphere 0: the radius -1"));
+        assert!(said("0.33333334", "1e99").contains("a.spheres"));
+        assert!(said("[0.7, 0.3]", "[0.7]").contains("joints"));
+        assert!(said("[0.7, 0.3]", "[0.7, 0.7]").contains("sum 1"));
+        assert!(said("\"radius\"", "\"radios\"").contains("line 7"));
+        let none = bytes(&SphereSet::default());
+        assert!(decode(&none).expect_err("it is empty").to_string().contains("no sphere"));
+    }
+
+    #[test]
+    fn a_set_of_another_mesh_is_told_by_its_hash() {
+        let surface = RestSurface { name: "octahedron".into(), mesh: octahedron(), influences: Vec::new() };
+        let set = SphereSet { mesh_hash: surface.hash(), ..set() };
+        assert!(set.must_fit(&surface, Path::new("a.spheres")).is_ok());
+        let moved = TriangleMesh { positions: vec![Vec3::ONE; 6], ..octahedron() };
+        let other = RestSurface { mesh: moved, ..surface };
+        let error = set.must_fit(&other, Path::new("a.spheres")).expect_err("another mesh").to_string();
+        assert!(error.contains("another mesh") && error.contains("spheres fit"), "{error}");
     }
 }

@@ -146,15 +146,17 @@ impl SphereTree {
         let mut below = vec![index];
         // The largest inner node is opened until there are enough, or only spheres.
         while below.len() < MOST_SHADOWS {
-            let opened = (0..below.len())
-                .filter(|&i| self.nodes[below[i]].sphere.is_none())
-                .max_by(|&a, &b| self.nodes[below[a]].bound_radius.total_cmp(&self.nodes[below[b]].bound_radius));
+            let opened =
+                (0..below.len()).filter(|&i| self.nodes[below[i]].sphere.is_none()).max_by(|&a, &b| {
+                    self.nodes[below[a]].bound_radius.total_cmp(&self.nodes[below[b]].bound_radius)
+                });
             let Some(opened) = opened else { break };
             let left = below[opened] + 1;
             below[opened] = left;
             below.push(self.nodes[left].end as usize);
         }
-        let balls: Vec<(Vec3, f32)> = below.iter().map(|&n| (self.nodes[n].center, self.nodes[n].radius)).collect();
+        let balls: Vec<(Vec3, f32)> =
+            below.iter().map(|&n| (self.nodes[n].center, self.nodes[n].radius)).collect();
         let mean = directions().map(|d| shadow(&balls, d)).sum::<f32>() / 13.0;
         let sum = std::f32::consts::PI * self.nodes[index].square_sum;
         if sum > 0.0 { (mean / sum).clamp(0.0, 1.0) } else { 1.0 }
@@ -176,13 +178,15 @@ fn enclosing(a: (Vec3, f32), b: (Vec3, f32)) -> (Vec3, f32) {
 
 /// The directions to the neighbours in a cubic grid, one of each opposite pair.
 fn directions() -> impl Iterator<Item = Vec3> {
-    (14..27).map(|i| Vec3::new((i % 3) as f32 - 1.0, (i / 3 % 3) as f32 - 1.0, (i / 9) as f32 - 1.0).normalize())
+    (14..27)
+        .map(|i| Vec3::new((i % 3) as f32 - 1.0, (i / 3 % 3) as f32 - 1.0, (i / 9) as f32 - 1.0).normalize())
 }
 
 /// The area of the union of balls' shadows along a direction, by rows of chords.
 fn shadow(balls: &[(Vec3, f32)], direction: Vec3) -> f32 {
     let (right, up) = direction.any_orthonormal_pair();
-    let disks: Vec<(Vec2, f32)> = balls.iter().map(|(c, r)| (Vec2::new(c.dot(right), c.dot(up)), *r)).collect();
+    let disks: Vec<(Vec2, f32)> =
+        balls.iter().map(|(c, r)| (Vec2::new(c.dot(right), c.dot(up)), *r)).collect();
     let low = disks.iter().map(|(c, r)| c.y - r).fold(f32::INFINITY, f32::min);
     let high = disks.iter().map(|(c, r)| c.y + r).fold(f32::NEG_INFINITY, f32::max);
     let step = (high - low) / ROWS as f32;
@@ -200,4 +204,95 @@ fn shadow(balls: &[(Vec3, f32)], direction: Vec3) -> f32 {
         for_each_union(&mut chords, |from, to| area += (to - from) * step);
     }
     area
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A spiral of overlapping spheres.
+    fn spiral(count: usize) -> SphereSet {
+        let center = |i: usize| {
+            let t = i as f32 * 0.1;
+            Vec3::new(t.cos() * (1.0 + t), 0.3 * t, t.sin() * (1.0 + t))
+        };
+        SphereSet {
+            centers: (0..count).map(center).collect(),
+            radii: (0..count).map(|i| 0.2 + 0.1 * (i % 3) as f32).collect(),
+            ..SphereSet::default()
+        }
+    }
+
+    #[test]
+    fn every_node_bounds_its_spheres_and_each_sphere_is_one_leaf() {
+        let set = spiral(100);
+        let tree = SphereTree::build(&set);
+        assert_eq!(tree.nodes.len(), 199);
+        let mut leaves = vec![0; 100];
+        for (index, node) in tree.nodes.iter().enumerate() {
+            if let Some(sphere) = node.sphere {
+                leaves[sphere as usize] += 1;
+            }
+            for below in &tree.nodes[index..node.end as usize] {
+                let reach = node.bound_center.distance(below.center)
+                    + if below.sphere.is_some() { below.radius } else { 0.0 };
+                assert!(reach <= node.bound_radius * 1.0001, "{index}");
+            }
+        }
+        assert!(leaves.iter().all(|n| *n == 1));
+        assert!(SphereTree::build(&SphereSet::default()).nodes.is_empty());
+        assert_eq!(SphereTree::build(&spiral(1)).nodes.len(), 1);
+    }
+
+    #[test]
+    fn cuts_take_every_sphere_once_and_fewer_nodes_from_afar() {
+        let set = spiral(200);
+        let tree = SphereTree::build(&set);
+        let count = |point, sine| {
+            let (mut nodes, mut spheres) = (0, 0);
+            tree.cut(point, sine, |node| {
+                nodes += 1;
+                let index =
+                    tree.nodes.iter().position(|n| std::ptr::eq(n, node)).expect("a node of the tree");
+                spheres += tree.nodes[index..node.end as usize].iter().filter(|n| n.sphere.is_some()).count();
+            });
+            assert_eq!(spheres, 200);
+            nodes
+        };
+        assert_eq!(count(Vec3::ZERO, 0.0), 200);
+        let (near, far) = (count(Vec3::ZERO, 0.1), count(Vec3::splat(100.0), 0.1));
+        assert!(near < 200 && far < near / 2, "{near} {far}");
+        assert_eq!(count(Vec3::splat(1e4), 0.1), 1);
+    }
+
+    #[test]
+    fn a_blocker_has_the_mean_shadow_of_its_spheres() {
+        let apart = SphereSet {
+            centers: vec![Vec3::ZERO, 9.0 * Vec3::ONE],
+            radii: vec![1.0; 2],
+            ..SphereSet::default()
+        };
+        // Along one of the 13 directions (the diagonal) one hides the other.
+        let expected = (2.0f32 * 25.0 / 26.0).sqrt();
+        assert!((SphereTree::build(&apart).nodes[0].radius - expected).abs() < 0.01);
+        let same = SphereSet { centers: vec![Vec3::X; 5], radii: vec![2.0; 5], ..SphereSet::default() };
+        let root = SphereTree::build(&same).nodes[0];
+        assert!((root.radius - 2.0).abs() < 0.01 && root.center.distance(Vec3::X) < 1e-6, "{root:?}");
+    }
+
+    #[test]
+    fn a_posed_tree_is_the_tree_of_the_posed_set() {
+        let set = spiral(60);
+        let transform = glam::Affine3A::from_scale_rotation_translation(
+            Vec3::splat(3.0),
+            glam::Quat::from_rotation_z(0.4),
+            Vec3::new(1.0, 2.0, 3.0),
+        );
+        let moved = set.transformed(&transform);
+        let mut tree = SphereTree::build(&set);
+        let root = tree.nodes[0];
+        tree.pose(&moved.centers, &moved.radii);
+        assert!((tree.nodes[0].radius - 3.0 * root.radius).abs() < 1e-3);
+        assert!(tree.nodes[0].center.distance(transform.transform_point3(root.center)) < 1e-3);
+    }
 }

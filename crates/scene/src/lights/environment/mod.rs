@@ -178,7 +178,10 @@ mod tests {
                 assert!((pdf - looked_up).abs() <= 2e-3 * pdf, "{width}x{height} {u}: {pdf} {looked_up}");
                 assert_eq!(environment.pdf_at(point), pdf);
                 let (here, there) = (environment.radiance_at(point), environment.radiance(direction));
-                assert!(here.distance(there) <= 0.02 * there.length(), "{width}x{height} {u}: {here} {there}");
+                assert!(
+                    here.distance(there) <= 0.02 * there.length(),
+                    "{width}x{height} {u}: {here} {there}"
+                );
             }
         }
     }
