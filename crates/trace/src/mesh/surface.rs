@@ -2,8 +2,9 @@
 //!
 //! The point is Σ bᵢ pᵢ, summed in doubles from the weights that the hit carries, so that it lies in the triangle's plane
 //! up to the rounding to floats. To leave it safely a ray has to start off that plane by more than
-//! Σₐ |nₐ| (|pₐ| + c · maxᵢ |vᵢₐ − pₐ|) / 2²⁴ over the axes a: the first part is the rounding of the point, the second
-//! what the triangle test may misplace the corners v by, seen from the point (see `triangle`).
+//! Σₐ |nₐ| (|pₐ| + c · maxᵢⱼ |vᵢⱼ − pⱼ|) / 2²⁴ over the axes a: the first part is the rounding of the point, the second
+//! what the triangle test may misplace the corners v by, seen from the point. The shear (see `triangle`) mixes the axes,
+//! so that a corner far away along one of them is misplaced along the others too.
 //! After: Pharr, Jakob, Humphreys, Physically Based Rendering, 4th edition, §6.8.
 
 use glam::{DVec3, Vec2, Vec3};
@@ -13,7 +14,7 @@ use halflight_shape::TriangleMesh;
 use crate::simd::ROUNDOFF;
 use crate::{LocalHit, LocalSurface};
 
-/// c above: difference, shear and sums make at most 6 roundings of a corner's distance along its axis; 2 to spare.
+/// c above: difference, shear and sums make at most 6 roundings of a corner's distance; 2 to spare.
 const CORNER_ROUNDINGS: f32 = 8.0;
 /// Roundings of the point itself: one to floats, one when the ray's origin is moved off, and one to spare.
 const POINT_ROUNDINGS: f32 = 3.0;
@@ -67,7 +68,8 @@ pub(crate) fn surface(
         spread = spread.max((corner - position).abs());
         size = size.max(corner.abs());
     }
-    let mut errors = (spread * CORNER_ROUNDINGS + position.abs() * POINT_ROUNDINGS) * ROUNDOFF;
+    let mut errors =
+        (Vec3::splat(spread.max_element()) * CORNER_ROUNDINGS + position.abs() * POINT_ROUNDINGS) * ROUNDOFF;
     if close.is_some() {
         errors += size * (MOTION_ROUNDINGS * ROUNDOFF);
     }

@@ -87,41 +87,58 @@ fn quad(half: f32, height: f32, rotation: Quat) -> TriangleMesh {
     }
 }
 
+/// Spawns rays from a quad to both sides of it and asserts that none meets it again.
+fn assert_plane_is_left(world: &World, to_world: &Affine3A, half: f32, height: f32, what: &str) {
+    let mut numbers = Numbers(8);
+    let up = to_world.transform_vector3(Vec3::Y).normalize();
+    let mut asked = 0;
+    for i in 0..2000 {
+        let foot = numbers.in_cube() * Vec3::new(half, 0.0, half) + Vec3::Y * height;
+        let from = to_world.transform_point3(foot + (Vec3::Y + numbers.in_cube() * 0.7) * half);
+        let foot = to_world.transform_point3(foot);
+        let ray = Ray::new(from, (foot - from).normalize());
+        let Some(hit) = world.closest(&ray) else { continue };
+        let surface = world.surface(&ray, &hit);
+        assert!(surface.geometric_normal.dot(up).abs() > 0.999, "{what}");
+        let mut direction = numbers.direction();
+        direction *= direction.dot(up).signum();
+        if i % 2 == 0 {
+            direction = (direction - up * (direction.dot(up) * 0.9999)).normalize();
+        }
+        asked += 1;
+        // Upwards, and on the other side downwards.
+        for direction in [direction, -direction] {
+            assert_eq!(world.closest(&surface.spawn(direction, 0.0)), None, "{what}, {direction}");
+        }
+    }
+    assert!(asked > 1000, "{what}: {asked}");
+}
+
 #[test]
 fn no_ray_meets_the_plane_it_left() {
-    let mut numbers = Numbers(8);
-    for rotation in [Quat::IDENTITY, Quat::from_euler(glam::EulerRot::XYZ, 0.5, 0.2, 0.9)] {
-        for half in [1e-3_f32, 1.0, 1e5] {
-            let mesh = quad(half, 0.3 * half, rotation);
-            let world = World::build(
-                vec![Instance { geometry: tracer(mesh), transform: Motion::IDENTITY }],
-                Simd::detect(),
-            );
-            let up = rotation * Vec3::Y;
-            for i in 0..4000 {
-                let foot =
-                    rotation * (numbers.in_cube() * Vec3::new(half, 0.0, half) + Vec3::Y * (0.3 * half));
-                let from = foot + (up + numbers.in_cube() * 0.7) * half;
-                let ray = Ray::new(from, (foot - from).normalize());
-                let Some(hit) = world.closest(&ray) else { continue };
-                let surface = world.surface(&ray, &hit);
-                assert!(surface.geometric_normal.dot(up) > 0.999);
-                let mut direction = numbers.direction();
-                direction *= direction.dot(up).signum();
-                if i % 2 == 0 {
-                    direction = (direction - up * (direction.dot(up) * 0.9999)).normalize();
+    let turns = [
+        Quat::IDENTITY,
+        Quat::from_rotation_x(std::f32::consts::FRAC_PI_2),
+        Quat::from_rotation_z(1e-3),
+        Quat::from_euler(glam::EulerRot::XYZ, 0.5, 0.2, 0.9),
+    ];
+    for turn in turns {
+        for half in [1e-3_f32, 1.0, 10.0, 1e5] {
+            // In planes through the origin, where the point's own rounding vanishes, and just beside them.
+            for height in [0.0, 1e-6, 1e-3, 0.3, 10.0].map(|h| h * half) {
+                let here = Affine3A::from_quat(turn);
+                let world = placed(quad(half, height, turn), Affine3A::IDENTITY, Simd::detect());
+                let what = format!("{turn}, half width {half}, height {height}");
+                assert_plane_is_left(&world, &here, half, height, &what);
+                for shift in [Vec3::ZERO, Vec3::new(0.0, -0.01, 0.0), Vec3::new(3.0, 0.0, -7.0)] {
+                    let there = Affine3A::from_scale_rotation_translation(
+                        Vec3::new(1.0, 2.0, 0.5),
+                        turn,
+                        shift * half,
+                    );
+                    let world = placed(quad(half, height, Quat::IDENTITY), there, Simd::detect());
+                    assert_plane_is_left(&world, &there, half, height, &format!("{what}, moved by {shift}"));
                 }
-                assert_eq!(
-                    world.closest(&surface.spawn(direction, 0.0)),
-                    None,
-                    "half width {half}, {direction}"
-                );
-                // Downwards it goes free on the other side.
-                assert_eq!(
-                    world.closest(&surface.spawn(-direction, 0.0)),
-                    None,
-                    "half width {half}, {direction}"
-                );
             }
         }
     }
