@@ -19,7 +19,7 @@ use super::follow::strongest;
 use super::points::{self, SurfacePoint};
 use super::refit::refit;
 use super::solid::Solid;
-use super::start::start;
+use super::start;
 use super::{RestSurface, SphereFitError, SphereInfluences, SphereMeasure, SphereSet};
 use crate::{Model, TriangleMesh};
 
@@ -33,13 +33,13 @@ const MOST_POINTS: usize = 24_000;
 const INSIDE_SHARE: usize = 4;
 /// Alternations before and after teleportation, and within one trial of it.
 const ROUNDS: usize = 24;
-const TRIAL_ROUNDS: usize = 5;
+const TRIAL_ROUNDS: usize = 4;
 /// Alternations with the points that were missed.
 const DENSE_ROUNDS: usize = 4;
 /// A round that lowers the sum by less than this share is the last.
 const CONVERGED: f32 = 1e-3;
-/// Trials of teleportation that may fail in a row.
-const PATIENCE: usize = 15;
+/// Trials of teleportation that may fail in a row, at least.
+const PATIENCE: usize = 12;
 /// Points that must be covered in the end, besides all vertices.
 const DENSE_POINTS: usize = 60_000;
 /// Radii are widened by the rounding of centres and distances.
@@ -209,7 +209,7 @@ impl Fit {
         let mut points: Vec<Vec3> = surface.iter().map(|p| p.position).collect();
         points.extend(points::within(&solid, wanted / INSIDE_SHARE));
         let spacing = (points::area(positions, triangles) / wanted as f64).sqrt() as f32;
-        let balls = start(&solid, &points, count);
+        let balls = start::on_axis(&solid, &points, count);
         Some(Self {
             has_interior,
             surface,
@@ -231,8 +231,17 @@ impl Fit {
 
     fn run(&mut self, options: &SphereFitOptions) {
         self.settle(ROUNDS, CONVERGED);
+        let first = (self.total(), self.balls.clone(), self.values.clone(), self.groups.clone());
+        self.balls = start::apart(&self.points, self.balls.len());
+        self.values.fill(f32::INFINITY);
+        self.settle(ROUNDS, CONVERGED);
+        if first.0 <= self.total() {
+            (_, self.balls, self.values, self.groups) = first;
+        }
+        // Few spheres are quick to try, and each of them matters more.
+        let patience = (400 / self.balls.len()).clamp(PATIENCE, 40);
         let (mut failed, mut trial) = (0, 0);
-        while trial < options.teleports && failed < PATIENCE && self.balls.len() > 1 {
+        while trial < options.teleports && failed < patience && self.balls.len() > 1 {
             if self.teleport(failed) {
                 failed = 0;
                 self.teleports += 1;
@@ -281,8 +290,7 @@ impl Fit {
                 if groups[s] == self.groups[s] && self.values[s].is_finite() {
                     return (before[s], self.values[s]);
                 }
-                // A ball that was idle has its old place far from its new points; the middle of them serves as well.
-                self.fitted(before[s], &groups[s])
+                self.fitted(before[s], &groups[s], self.values[s].is_infinite() || self.groups[s].is_empty())
             })
             .collect();
         (self.balls, self.values) = fitted.into_iter().unzip();
@@ -306,12 +314,13 @@ impl Fit {
         }
     }
 
-    fn fitted(&self, ball: Ball, group: &[u32]) -> (Ball, f32) {
+    /// The best ball for a group; a `fresh` one may be far from its points.
+    fn fitted(&self, ball: Ball, group: &[u32], fresh: bool) -> (Ball, f32) {
         if group.is_empty() {
             return (Ball { radius: self.least_radius, ..ball }, 0.0);
         }
         let points: Vec<Vec3> = group.iter().map(|&i| self.points[i as usize]).collect();
-        refit(&self.solid, ball.center, &points, self.least_radius)
+        refit(&self.solid, ball.center, &points, self.least_radius, fresh)
     }
 
     /// Takes away the ball that is missed least and splits the worst; `rank` tries other pairs after failures. Whether
@@ -335,11 +344,11 @@ impl Fit {
         let halves = self.halves(&self.groups[split]);
         for (ball, half) in [split, removed].into_iter().zip(&halves) {
             let center = half.iter().map(|&i| self.points[i as usize]).sum::<Vec3>() / half.len() as f32;
-            let (fitted, _) = self.fitted(Ball { center, radius: 0.0 }, half);
+            let (fitted, _) = self.fitted(Ball { center, radius: 0.0 }, half, true);
             self.balls[ball] = fitted;
             self.values[ball] = f32::INFINITY;
         }
-        self.settle(TRIAL_ROUNDS, f32::NEG_INFINITY);
+        self.settle(TRIAL_ROUNDS + (60 / self.balls.len()).min(6), f32::NEG_INFINITY);
         let better = self.total() < (1.0 - 1e-3) * least;
         if !better {
             (self.balls, self.values, self.groups) = before;

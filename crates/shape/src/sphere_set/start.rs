@@ -1,8 +1,8 @@
-//! First spheres.
+//! First spheres, of two kinds; the fit goes on from the better.
 //!
-//! Candidates are balls around cells of the medial axis (no neighbour lies deeper), somewhat larger than the depth, so
+//! On the axis: candidates are balls around cells of the medial axis (no neighbour lies deeper), somewhat larger than the depth, so
 //! that they reach over the surface; the one that covers most points not covered yet is taken, again and again. What
-//! spheres are left over, and all of them where there is no inside, start at the point farthest from the others.
+//! spheres are left over start at the point farthest from the others. Apart: all of them do.
 
 use std::collections::BinaryHeap;
 
@@ -17,10 +17,17 @@ const MOST_CANDIDATES: usize = 3000;
 /// How much a candidate is larger than its depth.
 const INFLATION: f32 = 1.2;
 
-/// `count` balls.
-pub(super) fn start(solid: &Solid, points: &[Vec3], count: usize) -> Vec<Ball> {
-    let candidates = medial(solid);
-    let mut balls = greedy(&candidates, points, count);
+/// `count` balls on the medial axis, as far as there is one.
+pub(super) fn on_axis(solid: &Solid, points: &[Vec3], count: usize) -> Vec<Ball> {
+    completed(greedy(&medial(solid), points, count), points, count)
+}
+
+/// `count` balls of no size, each at the point farthest from those before.
+pub(super) fn apart(points: &[Vec3], count: usize) -> Vec<Ball> {
+    completed(Vec::new(), points, count)
+}
+
+fn completed(mut balls: Vec<Ball>, points: &[Vec3], count: usize) -> Vec<Ball> {
     while balls.len() < count {
         let center = farthest(&balls, points);
         balls.push(Ball { center, radius: 0.0 });
