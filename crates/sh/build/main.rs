@@ -1,4 +1,4 @@
-//! Writes the straight-line kernels of the crate: basis, product, square and quarter turn, with their constants.
+//! Writes the straight-line kernels of the crate: basis, product, square and rotation, with their constants.
 //!
 //! The constants come from the same f64 code that the crate tests its kernels against, so no table of numbers has to be
 //! kept by hand.
@@ -20,9 +20,9 @@ fn main() {
     let mut text = String::new();
     for order in 1..=8 {
         write::basis(&mut text, order);
-        write::quarter_turn(&mut text, order);
+        write::rotate(&mut text, order);
     }
-    for order in 1..=6 {
+    for order in 1..=4 {
         write::product(&mut text, order);
         write::square(&mut text, order);
     }

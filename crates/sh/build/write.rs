@@ -167,8 +167,8 @@ fn values(order: usize, [x, y, z]: [f64; 3]) -> Vec<f64> {
     all
 }
 
-/// `quarter_turn_n` and `quarter_turn_back_n`: X₊₉₀, which takes y to z and z to −y, and its inverse.
-pub(crate) fn quarter_turn(out: &mut String, order: usize) {
+/// X₊₉₀, which takes y to z and z to −y, row by row.
+fn quarter_turn(order: usize) -> Vec<f64> {
     let n = order * order;
     let mut matrix = vec![0.0; n * n];
     for (z, weight) in gauss_legendre(16) {
@@ -184,34 +184,72 @@ pub(crate) fn quarter_turn(out: &mut String, order: usize) {
             }
         }
     }
-    for (name, at) in [("quarter_turn", (n, 1)), ("quarter_turn_back", (1, n))] {
-        line!(out, "#[inline(always)]");
-        line!(
-            out,
-            "pub(crate) fn {name}_{order}<T: Real>(f: &[[T; {order}]; {order}]) -> [[T; {order}]; {order}] {{"
-        );
-        load(out, order, "f");
-        rows(out, order, |i| {
-            let mut text = String::new();
-            for j in 0..n {
-                let value = matrix[i * at.0 + j * at.1];
-                if band_and_m(i).0 != band_and_m(j).0 || value.abs() < 1e-10 {
-                    continue;
-                }
-                let term = |sign: f64| {
-                    if (value.abs() - 1.0).abs() < 1e-10 {
-                        if sign * value < 0.0 { format!("-f{j}") } else { format!("f{j}") }
-                    } else {
-                        format!("T::of({value:?}) * f{j}")
-                    }
-                };
-                text = if text.is_empty() {
-                    term(1.0)
-                } else {
-                    format!("T::of({value:?}).mul_add(f{j}, {text})")
-                };
+    matrix
+}
+
+/// New values of all coefficients from a sparse matrix, whose entry (i, j) is `matrix[i · rows + j · columns]`.
+fn apply(out: &mut String, order: usize, matrix: &[f64], (rows, columns): (usize, usize)) {
+    let n = order * order;
+    let mut names = Vec::new();
+    let mut values = Vec::new();
+    for i in 0..n {
+        let mut text = String::new();
+        for j in 0..n {
+            let value = matrix[i * rows + j * columns];
+            if band_and_m(i).0 != band_and_m(j).0 || value.abs() < 1e-10 {
+                continue;
             }
-            text
-        });
+            text = if !text.is_empty() {
+                format!("T::of({value:?}).mul_add(f{j}, {text})")
+            } else if (value - 1.0).abs() < 1e-10 {
+                format!("f{j}")
+            } else if (value + 1.0).abs() < 1e-10 {
+                format!("-f{j}")
+            } else {
+                format!("T::of({value:?}) * f{j}")
+            };
+        }
+        if text != format!("f{i}") {
+            names.push(format!("f{i}"));
+            values.push(text);
+        }
     }
+    if !names.is_empty() {
+        line!(out, "let ({},) = ({},);", names.join(", "), values.join(", "));
+    }
+}
+
+/// `rotate_n`: Z_α X₋₉₀ Z_β X₊₉₀ Z_γ, from (cos α, sin α) and the same of β and γ.
+pub(crate) fn rotate(out: &mut String, order: usize) {
+    let n = order * order;
+    let matrix = quarter_turn(order);
+    line!(out, "#[inline(always)]");
+    line!(out, "#[allow(unused_variables)]");
+    line!(
+        out,
+        "pub(crate) fn rotate_{order}<T: Real>(f: &[[T; {order}]; {order}], turns: &[[T; 2]; 3]) -> [[T; {order}]; {order}] {{"
+    );
+    load(out, order, "f");
+    for (turn, after) in [(2, Some((n, 1))), (1, Some((1, n))), (0, None)] {
+        if order > 1 {
+            line!(out, "let [c1, s1] = turns[{turn}];");
+        }
+        for m in 2..order {
+            let k = m - 1;
+            line!(out, "let (c{m}, s{m}) = ((c1 * c{k}).less(s1, s{k}), c1.mul_add(s{k}, s1 * c{k}));");
+        }
+        for l in 1..order {
+            for m in 1..=l {
+                let (minus, plus) = (l * l + l - m, l * l + l + m);
+                line!(
+                    out,
+                    "let (f{minus}, f{plus}) = (c{m}.mul_add(f{minus}, s{m} * f{plus}), (c{m} * f{plus}).less(s{m}, f{minus}));"
+                );
+            }
+        }
+        if let Some(strides) = after {
+            apply(out, order, &matrix, strides);
+        }
+    }
+    rows(out, order, |i| format!("f{i}"));
 }

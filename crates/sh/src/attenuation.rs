@@ -1,7 +1,7 @@
 //! Ratio attenuation: how much of each blocker's log-visibility counts where blockers overlap.
 //!
 //! Summing logarithms multiplies visibilities as if blockers were independent. Random overlap is that; overlap beyond
-//! what the low-order density of blockers predicts, as in the spheres that fill one body, must be taken out ([000] has the
+//! what the low-order density of blockers predicts, as in the spheres that fill one body, must be taken out (\[000\] has the
 //! idea in words; the definition is verified against quadrature):
 //!
 //! ```text
@@ -109,4 +109,51 @@ pub fn log_visibility<const ORDER: usize>(
         .filter(|(_, cap)| normal.is_none_or(|normal| cap.above_horizon(normal)))
         .map(|(weight, cap)| table.log_visibility(cap) * weight)
         .sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cap(direction: Vec3, degrees: f32) -> Cap {
+        Cap { direction: direction.normalize(), half_angle: degrees.to_radians() }
+    }
+
+    #[test]
+    fn a_cap_overlaps_itself_wholly_and_one_apart_from_it_not_at_all() {
+        let (a, b) = (cap(Vec3::X, 20.0), cap(Vec3::Y, 30.0));
+        assert!((a.overlap(&a) - a.solid_angle()).abs() < 1e-6);
+        assert_eq!(a.overlap(&b), 0.0);
+        let within = cap(Vec3::new(1.0, 0.1, 0.0), 5.0);
+        assert!((a.overlap(&within) - within.solid_angle()).abs() < 1e-6);
+    }
+
+    #[test]
+    fn equal_caps_count_once_together_and_one_alone_counts_wholly() {
+        let caps = [cap(Vec3::X, 5.0); 4];
+        let m = multiplicities(&caps);
+        assert!(m.iter().all(|m| (m - 4.0).abs() < 1e-4));
+        let total: f32 = weights::<4>(&caps, &m).iter().sum();
+        assert!((1.0..1.2).contains(&total), "{total}");
+        assert_eq!(weights::<4>(&caps[..1], &[1.0]), vec![1.0]);
+    }
+
+    #[test]
+    fn only_caps_wholly_below_the_horizon_are_dropped() {
+        assert!(cap(Vec3::new(1.0, 0.0, -0.3), 20.0).above_horizon(Vec3::Z));
+        assert!(!cap(Vec3::new(1.0, 0.0, -0.4), 20.0).above_horizon(Vec3::Z));
+    }
+
+    #[test]
+    fn spheres_around_or_at_the_point_have_a_sound_angle() {
+        assert_eq!(Cap::of_sphere(Vec3::ZERO, 1.0), None);
+        let inside = Cap::of_sphere(Vec3::X * 0.5, 1.0).expect("a direction");
+        assert!((inside.half_angle - 0.9f32.asin()).abs() < 1e-6);
+        assert_eq!(Cap::of_sphere(Vec3::splat(f32::NAN), 1.0), None);
+    }
+
+    #[test]
+    fn no_blockers_are_no_shadow() {
+        assert_eq!(log_visibility(&BlockerTable::<4>::new(), &[], &[], None), Sh::zero());
+    }
 }

@@ -1,7 +1,7 @@
 //! Log-visibility of spherical blockers, by half-angle θ_b = asin(r/d).
 //!
-//! The table ([004]) holds the zonal coefficients of log(1 − cap(θ_b)) with eigenvalues floored at 0.02, uniformly in θ_b
-//! over [0, 90°], interpolated linearly: 128 entries are within 2e-4 rms (64 entries 1.3e-3). The closed form ([000]) is
+//! The table (\[004\]) holds the zonal coefficients of log(1 − cap(θ_b)) with eigenvalues floored at 0.02, uniformly in θ_b
+//! over [0, 90°], interpolated linearly: 128 entries are within 2e-4 rms (64 entries 1.3e-3). The closed form (\[000\]) is
 //! log ε · cap(θ_b); it gives no ε, a fixed one cannot serve small and large blockers alike, and the best fixed one is
 //! 0.2 to 0.3. With log ε by half-angle it comes near the table.
 
@@ -157,7 +157,7 @@ pub fn exact_log_visibility<const ORDER: usize>(half_angle: f64, floor: f64) -> 
     (Zh::one() - Zh::cap(half_angle)).log(floor)
 }
 
-/// log ε · cap(θ_b) ([000]).
+/// log ε · cap(θ_b) (\[000\]).
 #[must_use]
 pub fn closed_form<const ORDER: usize>(form: ClosedForm, half_angle: f64) -> Zh<ORDER, f64> {
     Zh::cap(half_angle) * form.log_epsilon(half_angle)

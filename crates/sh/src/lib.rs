@@ -12,7 +12,7 @@
 //!
 //! so the first band is √(3/4π)·(y, z, x) with positive signs. A direction (x, y, z) of the world is used as it is:
 //! the polar axis is the world's +z, though the world's up is +y. Libraries that keep the phase (DirectXMath) differ in
-//! the sign of every coefficient with odd m. Angles are in radians.
+//! the sign of every coefficient with odd m; [`convert`] knows them by name. Angles are in radians.
 //!
 //! # What is where
 //! | | |
@@ -21,6 +21,10 @@
 //! | [`Exponential`], [`Sh::log`], [`Sh::exp`] | exponentials, exact logarithm |
 //! | [`BlockerTable`], [`LobeTable`], [`attenuation`] | log-visibility of spheres, log-lobes |
 //! | [`batch`] | sixteen vectors side by side, for inner loops |
+//! | [`project`], [`window`] | from functions and images to coefficients, and their ringing |
+//! | [`convert`] | conventions of other libraries |
+//! | [`study`] | random sets of blockers, on which errors are stated |
+//! | [`mod@bench`], [`mod@reference`] | what the kernels cost, and what they are tested against |
 //!
 //! # Example
 //! ```
@@ -43,6 +47,7 @@ pub mod attenuation;
 pub mod batch;
 pub mod bench;
 mod blocker;
+pub mod convert;
 mod eigen;
 mod error;
 mod exponential;
@@ -51,6 +56,7 @@ mod legendre;
 mod lobe;
 mod log_exp;
 mod numbers;
+pub mod project;
 mod real;
 pub mod reference;
 mod rotation;
@@ -58,12 +64,14 @@ mod sh;
 mod simd;
 pub mod study;
 mod tensor;
+pub mod window;
 mod zonal;
 
 pub use blocker::{BlockerTable, ClosedForm, closed_form, exact_log_visibility};
 pub use error::ShError;
 pub use exponential::{Exponential, optimal_linear};
 pub use lobe::{LobeTable, log_lobe};
+pub use project::ShRgb;
 pub use real::Real;
 pub use rotation::{Matrix3, Rotation};
 pub use sh::{ProductMatrix, Sh};

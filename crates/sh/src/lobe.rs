@@ -1,8 +1,8 @@
-//! Logarithms of Phong lobes, so that a product of lobe and visibility is an exponential of a sum ([000]).
+//! Logarithms of Phong lobes, so that a product of lobe and visibility is an exponential of a sum (\[000\]).
 //!
 //! The logarithm is that of the *projected* lobe (α + 1)/2π · cos^α, by eigenvalues floored at 0.01 of the largest. The
 //! exponential of that has a wrong mean value, so the energy is corrected: √4π · ln(E_target/E_exp) is added to
-//! coefficient 0, with the same exponential that will shade. The form of [000], logarithm of the values with a floor ε, is
+//! coefficient 0, with the same exponential that will shade. The form of \[000\], logarithm of the values with a floor ε, is
 //! two to five times worse (relative rms .13 against .043 at α = 1). The double product with visibility serves for α ≤ 4;
 //! above, a triple product is better.
 

@@ -1,4 +1,4 @@
-//! The exact logarithm and exponential of a function in SH ([004]).
+//! The exact logarithm and exponential of a function in SH (\[004\]).
 //!
 //! With M_f = R D Rᵀ the matrix of multiplication by f:
 //!
@@ -6,7 +6,7 @@
 //! exp f = R e^D Rᵀ 1            log g = R ln(max(D, floor)) Rᵀ 1
 //! ```
 //!
-//! exp is the limit of the power series under SH products. log equals the form of [004], `R q'(D) Rᵀ (g − 1)`, where no
+//! exp is the limit of the power series under SH products. log equals the form of \[004\], `R q'(D) Rᵀ (g − 1)`, where no
 //! eigenvalue is below the floor, and has neither its removable singularity nor its undefined case D ≤ 0. exp(log g) = g
 //! holds only approximately, since M_log g ≠ ln M_g: rms 1e-4 while all eigenvalues exceed 0.2, a few 1e-2 once the
 //! floor acts. The floor of 0.02 is the value that verified best for visibility.

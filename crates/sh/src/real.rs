@@ -3,6 +3,8 @@
 use std::fmt::Debug;
 use std::ops::{Add, Mul, Neg, Sub};
 
+use crate::simd::{Work, with_avx};
+
 /// A number, or a group of numbers that are computed together. Implemented for `f32`, `f64` and the lanes of this
 /// crate, and for nothing else.
 pub trait Real:
@@ -16,6 +18,12 @@ pub trait Real:
 {
     /// A constant.
     fn of(value: f64) -> Self;
+    /// A constant of a table, known in both precisions.
+    #[inline(always)]
+    fn of_table(single: f32, double: f64) -> Self {
+        let _ = single;
+        Self::of(double)
+    }
     /// `self · b + c`; fused where that is one instruction.
     #[must_use]
     fn mul_add(self, b: Self, c: Self) -> Self;
@@ -37,13 +45,29 @@ pub trait Real:
 }
 
 pub(crate) mod sealed {
-    /// Keeps the set of implementations closed.
-    pub trait Sealed {}
+    use crate::simd::Work;
+
+    /// Keeps the set of implementations closed, and gives single numbers the better instructions.
+    pub trait Sealed: Sized {
+        /// Does some work that computes with this type.
+        #[inline(always)]
+        fn best<W: Work>(work: W) -> W::Output {
+            work.run()
+        }
+    }
 }
+
+impl sealed::Sealed for f32 {
+    #[inline(always)]
+    fn best<W: Work>(work: W) -> W::Output {
+        with_avx(work)
+    }
+}
+
+impl sealed::Sealed for f64 {}
 
 macro_rules! plain {
     ($t:ty) => {
-        impl sealed::Sealed for $t {}
         impl Real for $t {
             #[inline(always)]
             fn of(value: f64) -> Self {

@@ -1,32 +1,22 @@
 //! Rotation of SH vectors by a matrix.
 //!
 //! Active: (R f)(ω) = f(Rᵀ ω), so what stood at ω stands at R ω afterwards. A rotation R = Rz(α) Ry(β) Rz(γ) acts as
-//! `D = Z_α X₋₉₀ Z_β X₊₉₀ Z_γ` ([004], in the order printed there): rotations about z mix only the coefficients ±m of a
+//! `D = Z_α X₋₉₀ Z_β X₊₉₀ Z_γ` (\[004\], in the order printed there): rotations about z mix only the coefficients ±m of a
 //! band, `f'₋ₘ = cos(mα) f₋ₘ + sin(mα) fₘ`, `f'ₘ = −sin(mα) f₋ₘ + cos(mα) fₘ`, and the two quarter turns about x
 //! (X₊₉₀ takes y to z) are constants, mostly zeros. The slow form, by recursion over the bands, is
 //! [`crate::reference::rotation_matrix`].
 
 use glam::{DMat3, Mat3};
 
+use crate::simd::Work;
 use crate::{Real, Sh, kernels};
 
-/// A rotation prepared for SH vectors of one order. Making it costs a square root and two divisions; keep it when
-/// several vectors turn alike.
+/// A rotation prepared for SH vectors of one order. Making it costs a square root and a division; keep it when several
+/// vectors turn alike.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rotation<const ORDER: usize, T = f32> {
-    /// (cos mα, sin mα) for m = 0 .. ORDER − 1; then the same of β and γ.
-    turns: [[[T; 2]; ORDER]; 3],
-}
-
-/// (cos ma, sin ma) of one angle.
-#[inline(always)]
-fn multiples<const ORDER: usize, T: Real>(cos: T, sin: T) -> [[T; 2]; ORDER] {
-    let mut all = [[T::of(1.0), T::of(0.0)]; ORDER];
-    for m in 1..ORDER {
-        let [c, s] = all[m - 1];
-        all[m] = [(cos * c).less(sin, s), cos.mul_add(s, sin * c)];
-    }
-    all
+    /// (cos, sin) of α, β and γ.
+    turns: [[T; 2]; 3],
 }
 
 /// (x, y) at length 1; where it is too short to tell, (1, 0).
@@ -39,19 +29,6 @@ fn direction_in_plane<T: Real + PartialEq>(x: T, y: T) -> (T, T) {
         (x * scale, y * scale)
     } else {
         (T::of(1.0), T::of(0.0))
-    }
-}
-
-#[inline(always)]
-fn about_z<const ORDER: usize, T: Real>(f: &mut Sh<ORDER, T>, turn: &[[T; 2]; ORDER]) {
-    for l in 1..ORDER {
-        for m in 1..=l {
-            let centre = l * l + l;
-            let [cos, sin] = turn[m];
-            let (minus, plus) = (f[centre - m], f[centre + m]);
-            f[centre - m] = cos.mul_add(minus, sin * plus);
-            f[centre + m] = (cos * plus).less(sin, minus);
-        }
     }
 }
 
@@ -85,36 +62,61 @@ impl<const ORDER: usize, T: Real + PartialEq> Sh<ORDER, T> {
     #[inline]
     #[must_use]
     pub fn rotated(&self, matrix: &impl Matrix3<T>) -> Self {
-        Rotation::from_matrix(matrix).apply(self)
+        T::best(Turn { columns: matrix.columns(), sh: self })
     }
+}
+
+/// Decomposition and rotation in one.
+struct Turn<'a, const ORDER: usize, T> {
+    columns: [[T; 3]; 3],
+    sh: &'a Sh<ORDER, T>,
+}
+
+impl<const ORDER: usize, T: Real + PartialEq> Work for Turn<'_, ORDER, T> {
+    type Output = Sh<ORDER, T>;
+    #[inline(always)]
+    fn run(self) -> Sh<ORDER, T> {
+        Apply { turns: &euler_turns(self.columns), sh: self.sh }.run()
+    }
+}
+
+struct Apply<'a, const ORDER: usize, T> {
+    turns: &'a [[T; 2]; 3],
+    sh: &'a Sh<ORDER, T>,
+}
+
+impl<const ORDER: usize, T: Real> Work for Apply<'_, ORDER, T> {
+    type Output = Sh<ORDER, T>;
+    #[inline(always)]
+    fn run(self) -> Sh<ORDER, T> {
+        Sh(kernels::rotate(&self.sh.0, self.turns))
+    }
+}
+
+/// (cos, sin) of α, β, γ.
+///
+/// α comes from the image of +z; near the poles it is poorly known, and β and γ are then computed from it, so that its
+/// error cancels.
+#[inline(always)]
+fn euler_turns<T: Real + PartialEq>([x, y, z]: [[T; 3]; 3]) -> [[T; 2]; 3] {
+    let (ca, sa) = direction_in_plane(z[0], z[1]);
+    let (cb, sb) = (z[2], ca.mul_add(z[0], sa * z[1]));
+    let (sg, cg) = ((ca * x[1]).less(sa, x[0]), (ca * y[1]).less(sa, y[0]));
+    [[ca, sa], [cb, sb], [cg, sg]]
 }
 
 impl<const ORDER: usize, T: Real + PartialEq> Rotation<ORDER, T> {
     /// The rotation of a matrix that is orthogonal with determinant 1.
-    ///
-    /// α comes from the image of +z; near the poles it is poorly known, and β and γ are then computed from it, so that
-    /// its error cancels.
     #[inline]
     #[must_use]
     pub fn from_matrix(matrix: &impl Matrix3<T>) -> Self {
-        let [x, y, z] = matrix.columns();
-        let (ca, sa) = direction_in_plane(z[0], z[1]);
-        let (cb, sb) = (z[2], ca.mul_add(z[0], sa * z[1]));
-        let (sg, cg) = ((ca * x[1]).less(sa, x[0]), (ca * y[1]).less(sa, y[0]));
-        Rotation { turns: [multiples(ca, sa), multiples(cb, sb), multiples(cg, sg)] }
+        Rotation { turns: euler_turns(matrix.columns()) }
     }
 
     /// The function turned.
     #[inline]
     #[must_use]
     pub fn apply(&self, sh: &Sh<ORDER, T>) -> Sh<ORDER, T> {
-        let [alpha, beta, gamma] = &self.turns;
-        let mut f = *sh;
-        about_z(&mut f, gamma);
-        f = Sh(kernels::quarter_turn(&f.0));
-        about_z(&mut f, beta);
-        f = Sh(kernels::quarter_turn_back(&f.0));
-        about_z(&mut f, alpha);
-        f
+        T::best(Apply { turns: &self.turns, sh })
     }
 }

@@ -2,6 +2,7 @@
 
 use std::ops::{Add, AddAssign, Index, IndexMut, Mul, MulAssign, Neg, Sub, SubAssign};
 
+use crate::simd::Work;
 use crate::zonal::scale_bands;
 use crate::{Real, Zh, kernels};
 
@@ -129,13 +130,13 @@ impl<const ORDER: usize, T: Real> Sh<ORDER, T> {
     /// The projection of the product of two functions: Σ_jk Γ_ijk f_j g_k. Commutative, and not associative.
     #[must_use]
     pub fn product(&self, other: &Self) -> Self {
-        Sh(kernels::product(&self.0, &other.0))
+        T::best(Product(self, other))
     }
 
     /// The product with itself, at three quarters of the cost.
     #[must_use]
     pub fn square(&self) -> Self {
-        Sh(kernels::square(&self.0))
+        T::best(Square(self))
     }
 
     /// [`Sh::product`] for kernels that are compiled for special instructions.
@@ -196,6 +197,26 @@ impl<const ORDER: usize, T: Real> Sh<ORDER, T> {
     #[must_use]
     pub fn irradiance(&self) -> Self {
         self.convolved(&Zh::clamped_cosine())
+    }
+}
+
+struct Product<'a, const ORDER: usize, T>(&'a Sh<ORDER, T>, &'a Sh<ORDER, T>);
+
+impl<const ORDER: usize, T: Real> Work for Product<'_, ORDER, T> {
+    type Output = Sh<ORDER, T>;
+    #[inline(always)]
+    fn run(self) -> Sh<ORDER, T> {
+        self.0.product_inlined(self.1)
+    }
+}
+
+struct Square<'a, const ORDER: usize, T>(&'a Sh<ORDER, T>);
+
+impl<const ORDER: usize, T: Real> Work for Square<'_, ORDER, T> {
+    type Output = Sh<ORDER, T>;
+    #[inline(always)]
+    fn run(self) -> Sh<ORDER, T> {
+        self.0.square_inlined()
     }
 }
 

@@ -25,7 +25,7 @@ impl<const ORDER: usize, T: Real> Zh<ORDER, T> {
     /// The indicator of the cap of a half-angle: 1 within, 0 outside.
     ///
     /// z_0 = √π (1 − c), z_l = 2π K_l0 (P_{l−1}(c) − P_{l+1}(c))/(2l + 1) with c the cosine of the half-angle. The four
-    /// closed forms of [000] are the first four of these.
+    /// closed forms of \[000\] are the first four of these.
     #[must_use]
     pub fn cap(half_angle: f64) -> Self {
         let c = half_angle.cos();

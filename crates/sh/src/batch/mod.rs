@@ -1,7 +1,7 @@
 //! Sixteen vectors side by side: the inner loops.
 //!
 //! A [`Sh<ORDER, Lanes>`] holds sixteen vectors, coefficient by coefficient, and each function here works on slices of
-//! them with the vector instructions of a [`Simd`] level. Call with slices of many blocks: the choice of instructions
+//! them with the vector instructions of a [`crate::Simd`] level. Call with slices of many blocks: the choice of instructions
 //! costs a few nanoseconds for each call. Lanes do not influence one another, so results do not depend on how work is cut
 //! into blocks.
 //!

@@ -26,19 +26,16 @@ pub struct KernelTime {
     pub goal: Option<f64>,
 }
 
-/// Times every kernel at an order from 2 to 8: the best of `runs` runs of about a millisecond each.
+/// Times every kernel at an order from 3 to 6: the best of `runs` runs of about a millisecond each.
 ///
 /// # Errors
 /// Another order.
 pub fn measure(order: usize, simd: Simd, runs: usize) -> Result<Vec<KernelTime>, ShError> {
     Ok(match order {
-        2 => kernels::all::<2>(simd, runs),
         3 => kernels::all::<3>(simd, runs),
         4 => kernels::all::<4>(simd, runs),
         5 => kernels::all::<5>(simd, runs),
         6 => kernels::all::<6>(simd, runs),
-        7 => kernels::all::<7>(simd, runs),
-        8 => kernels::all::<8>(simd, runs),
         _ => return Err(ShError::Order { order }),
     })
 }

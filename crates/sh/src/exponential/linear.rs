@@ -1,6 +1,6 @@
 //! The table of optimal-linear coefficients.
 //!
-//! `exp f̂ ≈ a 1 + b f̂` with `a = ⟨exp f̂, 1⟩/4π` and `b = ⟨exp f̂, f̂⟩/⟨f̂, f̂⟩` ([004]), as the median over random sets of
+//! `exp f̂ ≈ a 1 + b f̂` with `a = ⟨exp f̂, 1⟩/4π` and `b = ⟨exp f̂, f̂⟩/⟨f̂, f̂⟩` (\[004\]), as the median over random sets of
 //! blockers whose log-visibility is scaled to each |f̂|. The spread of a at one |f̂| is 1 % at 2, 6 % at 4 and 25 % at 8:
 //! that is why the linear form alone is poor.
 

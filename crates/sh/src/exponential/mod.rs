@@ -1,6 +1,6 @@
 //! Fast exponentials of SH vectors.
 //!
-//! All but the plain series first isolate the constant part ([004]): with f̂ = f without its coefficient 0,
+//! All but the plain series first isolate the constant part (\[004\]): with f̂ = f without its coefficient 0,
 //! `exp f = exp(f₀/√4π) · exp f̂`, which is exact. Then
 //!
 //! ```text
@@ -36,7 +36,7 @@ pub enum Exponential {
         /// k.
         squarings: u32,
     },
-    /// The hybrid of [004]: constant part, optimal-linear of f̂/2ᵏ, k squarings.
+    /// The hybrid of \[004\]: constant part, optimal-linear of f̂/2ᵏ, k squarings.
     LinearSquaring {
         /// T; the seed's tables end at |f̂| = 4 to 7, small ones are more exact.
         threshold: f32,

@@ -98,6 +98,10 @@ impl Real for Plain {
         Plain([value as f32; 4])
     }
     #[inline(always)]
+    fn of_table(single: f32, _: f64) -> Self {
+        Plain([single; 4])
+    }
+    #[inline(always)]
     fn mul_add(self, b: Self, c: Self) -> Self {
         self * b + c
     }

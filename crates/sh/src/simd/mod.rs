@@ -28,6 +28,27 @@ pub(crate) trait Kernel {
     fn run<V: Lane>(self) -> Self::Output;
 }
 
+/// Work with single numbers.
+///
+/// It is public in name only: it stands in a trait that keeps [`crate::Real`] closed.
+pub trait Work {
+    /// What it gives.
+    type Output;
+    /// Does it. Implementations are `#[inline(always)]`.
+    fn run(self) -> Self::Output;
+}
+
+/// Does work with the encodings of AVX where the machine has them: the same operations and the same bits, in fewer
+/// instructions. There is no fused multiply-add in it.
+#[inline(always)]
+pub(crate) fn with_avx<W: Work>(work: W) -> W::Output {
+    #[cfg(target_arch = "x86_64")]
+    if is_x86_feature_detected!("avx") {
+        return x86::run_avx(work);
+    }
+    work.run()
+}
+
 impl Simd {
     /// The best level of this machine.
     #[must_use]

@@ -8,7 +8,7 @@
 use std::arch::x86_64::*;
 use std::ops::{Add, Mul, Neg, Sub};
 
-use super::{Kernel, Lane};
+use super::{Kernel, Lane, Work};
 use crate::Real;
 use crate::real::sealed::Sealed;
 
@@ -44,6 +44,17 @@ pub(super) fn run_avx512<K: Kernel>(kernel: K) -> K::Output {
     assert!(has_avx512());
     // SAFETY: the processor has the features.
     unsafe { compiled(kernel) }
+}
+
+#[inline(always)]
+pub(super) fn run_avx<W: Work>(work: W) -> W::Output {
+    #[target_feature(enable = "avx")]
+    fn compiled<W: Work>(work: W) -> W::Output {
+        work.run()
+    }
+    debug_assert!(is_x86_feature_detected!("avx"));
+    // SAFETY: the only caller has found the feature.
+    unsafe { compiled(work) }
 }
 
 /// Eight lanes of AVX2 with fused multiply-add.
@@ -94,6 +105,10 @@ macro_rules! arithmetic {
             #[inline(always)]
             fn of(value: f64) -> Self {
                 Self::splat(value as f32)
+            }
+            #[inline(always)]
+            fn of_table(single: f32, _: f64) -> Self {
+                Self::splat(single)
             }
             #[inline(always)]
             fn mul_add(self, b: Self, c: Self) -> Self {
