@@ -22,11 +22,13 @@ mod blockers;
 mod exponential;
 mod kernels;
 mod lanes;
+mod spheres;
 
 pub use blockers::{CapLanes, accumulate_blockers, accumulate_blockers_at_points};
 pub use exponential::exponential;
 pub use kernels::{basis, dot, product, rotate_zonal, square};
 pub use lanes::{Lanes, WIDTH, lane, set_lane};
+pub use spheres::{PointLanes, SphereBlocker, accumulate_spheres, attenuate_spheres};
 
 use crate::Sh;
 use crate::simd::Lane;
