@@ -26,6 +26,7 @@ fn every_example_of_every_help_text_runs() {
     place.done("render scene.toml --spp 16 -o noisy.exr");
     place.done("render scene.toml --spp 64 --seed 1 -o truth.exr");
     place.done("brdf synth diffuse -o paint.binary");
+    place.done("sh project hall.hdr -o light.json");
     place.done("spheres fit bunny.ply -n 3");
     let commands = subcommands(&place);
     assert!(commands.len() >= 7, "{commands:?}");

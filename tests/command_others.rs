@@ -66,6 +66,46 @@ fn a_material_is_written_as_a_merl_file_and_described() {
 }
 
 #[test]
+fn environments_become_coefficients_that_turn_convert_and_show() {
+    let place = Place::new();
+    let outcome = place.done("sh project hall.hdr --order 3 --window hanning -o light.json");
+    assert!(outcome.stderr.contains("of the energy"), "{outcome:?}");
+    // Four quarter turns are none.
+    place.done("sh rotate light.json --degrees 90 -o turned.json");
+    place.done("sh rotate turned.json --degrees 270 -o back.json");
+    let numbers = |name: &str| -> Vec<f64> {
+        let text = std::fs::read_to_string(place.path(name)).unwrap();
+        let value: serde_json::Value = serde_json::from_str(&text).unwrap();
+        let list = value["coefficients"].as_array().unwrap();
+        list.iter().flat_map(|colour| colour.as_array().unwrap()).map(|x| x.as_f64().unwrap()).collect()
+    };
+    assert_eq!(numbers("light.json").len(), 27);
+    assert!(numbers("light.json").iter().zip(numbers("back.json")).all(|(a, b)| (a - b).abs() < 1e-9));
+    place.done("sh convert light.json --to filament-irradiance -o filament.json");
+    place.done("sh convert filament.json --to halflight -o again.json");
+    assert!(numbers("light.json").iter().zip(numbers("again.json")).all(|(a, b)| (a - b).abs() < 1e-9));
+    let outcome = place.done("sh show light.json --irradiance --size 32x16 -o light.exr");
+    assert!(outcome.stdout.contains("band"), "{outcome:?}");
+    place.done("info light.exr");
+    place.write("broken.json", "{ \"convention\": \"halflight\", \"coefficients\": [[1, 2]] }");
+    for (line, code) in [
+        ("sh project hall.hdr --order 9", 2),
+        ("sh project missing.hdr", 1),
+        ("sh rotate light.json --axis 0,0,0 --degrees 1", 2),
+        ("sh show broken.json", 1),
+        ("sh show scene.toml", 1),
+        ("sh convert light.json --to unreal", 2),
+        ("sh show light.json -o light.txt", 2),
+    ] {
+        let outcome = place.run(line);
+        assert!(outcome.code == code && outcome.stderr.starts_with("error: "), "{line}: {outcome:?}");
+    }
+    place.done("sh project hall.hdr --order 4 -o four.json");
+    let outcome = place.run("sh convert four.json --to threejs");
+    assert!(outcome.code == 1 && outcome.stderr.contains("ends at order 3"), "{outcome:?}");
+}
+
+#[test]
 fn every_demo_renders() {
     let place = Place::new();
     let listed = place.done("demo --list").stdout;

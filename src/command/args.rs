@@ -2,7 +2,7 @@
 
 use clap::{Args, Parser, Subcommand};
 
-use super::{bench, brdf, compare, completions, demo, examples, info, render, spheres};
+use super::{bench, brdf, compare, completions, demo, examples, info, render, sh, spheres};
 
 /// A renderer for scenes that move, lit from everywhere, made of measured materials.
 #[derive(Debug, Parser)]
@@ -39,6 +39,9 @@ pub(crate) enum Command {
     /// Write a material as a file of the MERL database's format, or describe one
     #[command(after_help = examples::after_help("brdf"))]
     Brdf(brdf::BrdfArgs),
+    /// Environment maps as spherical harmonics: project, rotate, convert, show
+    #[command(after_help = examples::after_help("sh"))]
+    Sh(sh::ShArgs),
     /// Fit spheres to a mesh for soft shadows, check how well they stand for it, show them
     #[command(after_help = examples::after_help("spheres"))]
     Spheres(spheres::SpheresArgs),

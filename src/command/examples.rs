@@ -63,6 +63,14 @@ pub(crate) const EXAMPLES: &[Example] = &[
         "halflight brdf synth \"conductor roughness=0.3\" -o metal.binary",
     ),
     example("brdf", "What a measured material is like", "halflight brdf info paint.binary"),
+    example("sh", "Sixteen coefficients of a map", "halflight sh project hall.hdr --order 4 -o light.json"),
+    example(
+        "sh",
+        "A quarter turn about the vertical",
+        "halflight sh rotate light.json --degrees 90 -o turned.json",
+    ),
+    example("sh", "For another library", "halflight sh convert light.json --to directxmath"),
+    example("sh", "What is left of the light", "halflight sh show light.json -o light.png"),
     example("spheres", "25 spheres for a mesh", "halflight spheres fit bunny.ply -n 25 -o small.spheres"),
     example("spheres", "How good they are", "halflight spheres check bunny.ply bunny.spheres"),
     example(

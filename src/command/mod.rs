@@ -17,6 +17,7 @@ mod progress;
 mod render;
 mod resources;
 mod sequence;
+mod sh;
 mod spheres;
 mod stage;
 mod table;
@@ -69,6 +70,7 @@ fn execute(cli: Cli, console: Console) -> Result<(), Failure> {
         Command::Compare(args) => compare::run(&args, console),
         Command::Info(args) => info::run(&args, console),
         Command::Brdf(args) => brdf::run(&args, console),
+        Command::Sh(args) => sh::run(&args, console),
         Command::Spheres(args) => spheres::run(&args, console),
         Command::Demo(args) => demo::run(&args, console),
         Command::Bench(args) => bench::run(&args, console),
