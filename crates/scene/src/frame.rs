@@ -11,6 +11,7 @@ use crate::build::{Form, HeightSource, Object};
 use crate::camera::Camera;
 use crate::geometry;
 use crate::lights::{DeltaLight, Emitter, EmitterShape, Lights};
+use crate::posed::PosedObject;
 use crate::scene::Scene;
 
 /// A scene at one time: posed shapes that answer rays, what they are made of, the lights, the camera.
@@ -28,6 +29,8 @@ pub struct Frame {
     pub time_seconds: f64,
     /// When the shutter opens and closes, in seconds of the scene.
     pub shutter_seconds: [f64; 2],
+    /// The objects that the instances belong to, in the order of the scene.
+    pub objects: Vec<PosedObject>,
     /// Lower and upper corner of everything over the shutter interval; both zero if there is nothing.
     pub bounds: (Vec3, Vec3),
     /// Material of each slot, for each instance of the world.
@@ -84,7 +87,9 @@ impl Scene {
         let times = self.camera.shutter.map(|offset| time_seconds + offset);
         let mut instances = Vec::new();
         let (mut slots, mut names, mut emitters) = (Vec::new(), Vec::new(), Vec::new());
-        for object in &self.objects {
+        let mut objects = Vec::with_capacity(self.objects.len());
+        for (index, object) in self.objects.iter().enumerate() {
+            let first = instances.len() as u32;
             let name: Arc<str> = Arc::from(object.name.as_str());
             let shines = object.materials.iter().any(|&index| self.materials[index as usize].is_emissive());
             let moved = object.track.as_ref().map_or([Affine3A::IDENTITY; 2], |track| track.over(times));
@@ -101,6 +106,15 @@ impl Scene {
                     names.push(Arc::clone(&name));
                 }
             }
+            objects.push(PosedObject {
+                object: index,
+                instances: first..instances.len() as u32,
+                places: object.places.iter().map(|place| moved[0] * *place).collect(),
+                joints: match &object.form {
+                    Form::Model(model) if model.is_animated() => model.joints(times),
+                    _ => Vec::new(),
+                },
+            });
         }
         let world = World::build(instances, self.simd);
         let bounds = world.bounds();
@@ -115,6 +129,7 @@ impl Scene {
             camera: self.camera.over(times),
             time_seconds,
             shutter_seconds: times,
+            objects,
             bounds,
             slots,
             names,

@@ -18,6 +18,7 @@ mod framing;
 mod geometry;
 pub mod lights;
 mod motion;
+mod posed;
 pub mod sampling;
 mod scene;
 pub mod schema;
@@ -26,6 +27,7 @@ pub mod spec;
 pub use describe::{Description, describe};
 pub use error::SceneError;
 pub use frame::Frame;
+pub use posed::PosedObject;
 pub use scene::{LoadOptions, Scene};
 
 /// The material that a text describes, as `--material` takes it: the name of a measured file, a metal, or a type and

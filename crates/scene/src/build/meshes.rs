@@ -57,7 +57,8 @@ impl Finish {
             }
             _ => {}
         }
-        if self.tangents && result.tangents.is_empty() && !result.uvs.is_empty() {
+        // Facets have the tangents of their own triangles, which the tracer finds.
+        if self.tangents && result.tangents.is_empty() && !result.normals.is_empty() {
             Arc::make_mut(&mut result).compute_tangents();
         }
         result
@@ -173,6 +174,11 @@ impl ModelShape {
         };
         let first = open.rem_euclid(duration);
         [first as f32, (first + (close - open)).clamp(0.0, duration) as f32]
+    }
+
+    /// For each node of the model the transform from its rest pose to where it is when the shutter opens.
+    pub(crate) fn joints(&self, times: [f64; 2]) -> Vec<Affine3A> {
+        self.model.rest_to_pose(self.clock(times)[0])
     }
 
     /// The meshes at the opening of the shutter, as they are shown.

@@ -240,9 +240,9 @@ fn disk_uv(local: Vec2) -> Vec2 {
     rectangle_uv(local)
 }
 
-/// Texture coordinates of a sphere: longitude and colatitude about +y, as an environment map has them.
+/// Texture coordinates of a sphere: those of a globe about +y, the middle of its map towards +z.
 fn sphere_uv(normal: Vec3) -> Vec2 {
-    let u = 0.5 + normal.x.atan2(-normal.z) / std::f32::consts::TAU;
+    let u = 0.5 + normal.x.atan2(normal.z) / std::f32::consts::TAU;
     Vec2::new(u, normal.y.clamp(-1.0, 1.0).acos() / std::f32::consts::PI)
 }
 
