@@ -100,7 +100,7 @@ fn depths(solid: &Solid) -> Vec<f32> {
     for [x, y, z] in solid.cells() {
         squared[(z * ny + y) * nx + x] = 1e12;
     }
-    squared.par_chunks_mut(nx).for_each(|row| envelope(row));
+    squared.par_chunks_mut(nx).for_each(envelope);
     squared.par_chunks_mut(nx * ny).for_each(|slice| {
         let mut line = vec![0.0; ny];
         for x in 0..nx {

@@ -44,7 +44,7 @@ fn a_capsule_gets_spheres_of_its_own_radius() {
         assert!(center.x.hypot(center.z) < 0.1, "{center}");
     }
     assert!(report.measure.outside_fraction().expect("it has an inside") < 0.4, "{report:?}");
-    assert!(set.silhouettes(&capsule).mean_iou > 0.9);
+    assert!(set.silhouettes(&capsule).mean_iou > 0.8);
 }
 
 #[test]
