@@ -11,7 +11,7 @@ use glam::{DMat3, Mat3};
 use crate::simd::Work;
 use crate::{Real, Sh, kernels};
 
-/// A rotation prepared for SH vectors of one order. Making it costs a square root and a division; keep it when several
+/// A rotation prepared for SH vectors of one order. Making it costs a square root and two divisions; keep it when several
 /// vectors turn alike.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rotation<const ORDER: usize, T = f32> {
@@ -25,8 +25,8 @@ fn direction_in_plane<T: Real + PartialEq>(x: T, y: T) -> (T, T) {
     let across = x.mul_add(x, y * y);
     let known = across.max(T::of(1e-30));
     if known == across {
-        let scale = T::of(1.0).over(across.sqrt());
-        (x * scale, y * scale)
+        let length = across.sqrt();
+        (x.over(length), y.over(length))
     } else {
         (T::of(1.0), T::of(0.0))
     }
@@ -95,13 +95,13 @@ impl<const ORDER: usize, T: Real> Work for Apply<'_, ORDER, T> {
 
 /// (cos, sin) of α, β, γ.
 ///
-/// α comes from the image of +z; near the poles it is poorly known, and β and γ are then computed from it, so that its
-/// error cancels.
+/// γ, which is needed first, comes from what falls on +z; near the poles it is poorly known, and β and α are then
+/// computed from it, so that its error cancels.
 #[inline(always)]
 fn euler_turns<T: Real + PartialEq>([x, y, z]: [[T; 3]; 3]) -> [[T; 2]; 3] {
-    let (ca, sa) = direction_in_plane(z[0], z[1]);
-    let (cb, sb) = (z[2], ca.mul_add(z[0], sa * z[1]));
-    let (sg, cg) = ((ca * x[1]).less(sa, x[0]), (ca * y[1]).less(sa, y[0]));
+    let (cg, sg) = direction_in_plane(-x[2], y[2]);
+    let (cb, sb) = (z[2], (sg * y[2]).less(cg, x[2]));
+    let (ca, sa) = (sg.mul_add(x[1], cg * y[1]), -(sg.mul_add(x[0], cg * y[0])));
     [[ca, sa], [cb, sb], [cg, sg]]
 }
 

@@ -46,6 +46,18 @@ pub(super) fn run_avx512<K: Kernel>(kernel: K) -> K::Output {
     unsafe { compiled(kernel) }
 }
 
+/// As [`run_avx`], with twice the registers.
+#[inline(always)]
+pub(super) fn run_avx512vl<W: Work>(work: W) -> W::Output {
+    #[target_feature(enable = "avx512f,avx512vl")]
+    fn compiled<W: Work>(work: W) -> W::Output {
+        work.run()
+    }
+    debug_assert!(is_x86_feature_detected!("avx512vl"));
+    // SAFETY: the only caller has found the feature, and processors that have it have AVX-512F.
+    unsafe { compiled(work) }
+}
+
 #[inline(always)]
 pub(super) fn run_avx<W: Work>(work: W) -> W::Output {
     #[target_feature(enable = "avx")]
