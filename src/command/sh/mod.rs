@@ -216,11 +216,14 @@ fn coefficients<const N: usize>(
     convention: Convention,
     [r, g, b]: [Sh<N, f64>; 3],
 ) -> Result<Light, Failure> {
-    let of = |sh: Sh<N, f64>| {
-        sh.to_convention(convention).map_err(|error| {
-            Failure::failed(format!("{error}; this convention ends at order {}", convention.largest_order()))
-        })
-    };
+    if N > convention.largest_order() {
+        return Err(Failure::failed(format!(
+            "the light has order {N}, and this convention ends at order {}: project with --order {} first",
+            convention.largest_order(),
+            convention.largest_order()
+        )));
+    }
+    let of = |sh: Sh<N, f64>| sh.to_convention(convention).map_err(Failure::failed);
     let (r, g, b) = (of(r)?, of(g)?, of(b)?);
     let coefficients = (0..N * N).map(|i| [r[i], g[i], b[i]]).collect();
     Ok(Light { convention, order: N, coefficients })
