@@ -134,7 +134,7 @@ fn finish(
         (Some(_), _) => builder.camera(spec.camera.as_ref(), &outline, spec.image.size),
     };
     let lights = LightRig { environment, deltas: Vec::new() };
-    let said = format!("{}\n{options:?}", path.display());
+    let said = format!("{}\n{}", path.display(), options.said());
     Scene::finish(path.display().to_string(), said, options, builder, spec, stage.objects, lights, camera)
 }
 

@@ -35,6 +35,13 @@ impl Default for LoadOptions {
     }
 }
 
+impl LoadOptions {
+    /// What they say about the scene: not how large its picture is, nor with which instructions it is made.
+    pub(crate) fn said(&self) -> String {
+        format!("{:?}", Self { size: None, simd: Simd::Baseline, ..self.clone() })
+    }
+}
+
 /// What there is, as functions of time: shapes, materials, lights, camera. [`Scene::at`] gives one instant of it.
 pub struct Scene {
     pub(crate) name: String,
@@ -86,7 +93,7 @@ impl Scene {
         let source = Source::file(path, text);
         let mut table = Table::parse(&source)?;
         apply_settings(&mut table, options)?;
-        let said = format!("{}\n{options:?}", source.text);
+        let said = format!("{}\n{}", source.text, options.said());
         Self::build(path.display().to_string(), &table, options, said)
     }
 
@@ -215,7 +222,8 @@ impl Scene {
     }
 
     /// A number that changes when anything changes that the scene was made from: its text, the options, or the bytes of
-    /// the files that it names. Reads those again.
+    /// the files that it names. The size of the picture and the instruction set are not of the scene: whoever keeps
+    /// samples adds both. Reads the files again.
     pub fn hash(&self) -> u64 {
         let mut hash = Fnv::default();
         hash.add(self.said.as_bytes());

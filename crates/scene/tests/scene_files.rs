@@ -236,6 +236,10 @@ fn the_hash_of_a_scene_changes_with_its_text_and_with_its_files() {
     write(&scene, "[[shape]]\ntype = \"mesh\"\nfile = \"mesh.obj\"\n");
     let before = hash();
     assert_eq!(before, hash());
+    // Neither how large the picture is nor what computes it belongs to the scene.
+    let simd = halflight_trace::Simd::Baseline;
+    let small = LoadOptions { size: Some([8, 6]), simd, ..LoadOptions::default() };
+    assert_eq!(before, Scene::load(&scene, &small).unwrap_or_else(|e| panic!("{e}")).hash());
     write(&mesh, "v 0 0 0\nv 1 0 0\nv 0 2 0\nf 1 2 3\n");
     let after = hash();
     assert_ne!(before, after);
