@@ -84,3 +84,14 @@ fn a_picture_can_be_the_reference_of_a_scene_and_time_the_budget() {
     let outcome = place.run("compare scene.toml --reference nothing --no-report");
     assert!(outcome.code == 2 && outcome.stderr.contains("nothing"), "{outcome:?}");
 }
+
+#[test]
+fn a_single_picture_is_wrong_usage_unless_techniques_are_named() {
+    let place = with_pictures();
+    for picture in ["noisy.exr", "hall.hdr", "missing.png"] {
+        let outcome = place.run(&format!("compare {picture} --reference-spp 1 --size 8x8"));
+        assert!(outcome.code == 2 && outcome.stderr.contains("it takes two"), "{outcome:?}");
+    }
+    assert!(!place.path("report").exists());
+    place.done("compare hall.hdr -t path --reference-spp 1 --spp 1 --size 8x8 --no-report");
+}

@@ -91,6 +91,26 @@ fn a_sequence_goes_on_with_the_frame_it_stopped_at() {
     }
 }
 
+/// The limit on the size of files leaves room for the picture (below 13 kB) and none for the checkpoint (147 kB).
+#[cfg(unix)]
+#[test]
+fn a_disk_too_full_for_the_checkpoint_still_gets_the_picture() {
+    let place = Place::new();
+    let script = format!(
+        "trap '' XFSZ; ulimit -f 60; exec '{}' render scene.toml --size 64x64 --spp 4 -o out.png --checkpoint film",
+        env!("CARGO_BIN_EXE_halflight")
+    );
+    let output =
+        std::process::Command::new("sh").arg("-c").arg(script).current_dir(place.path("")).output().unwrap();
+    let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(0), "{stderr}");
+    assert!(
+        stderr.contains("cannot write the checkpoint film") && stderr.contains("wrote out.png"),
+        "{stderr}"
+    );
+    assert!(place.path("out.png").exists() && !place.path("film").exists());
+}
+
 fn wait_for(place: &Place, name: &str) {
     let start = Instant::now();
     while !place.path(name).exists() {

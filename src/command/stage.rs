@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use halflight_material::Material;
+use halflight_render::techniques;
 use halflight_scene::schema::Table;
 use halflight_scene::spec::ToneName;
 use halflight_scene::{Frame, LoadOptions, Scene};
@@ -13,7 +14,6 @@ use super::demo::{self, Demo};
 use super::failure::Failure;
 use super::output::Tone;
 use super::parse::{Size, assignment};
-use super::techniques;
 
 /// Changes to a scene.
 #[derive(Args, Clone, Debug, Default)]
@@ -110,7 +110,7 @@ impl Stage {
             None => Scene::load(path, &options).map_err(Failure::failed)?,
         };
         for (name, _) in scene.techniques() {
-            techniques::check_name(name).map_err(|e| Failure::failed(format!("{}: {e}", path.display())))?;
+            techniques::find(name).map_err(|e| Failure::failed(format!("{}: {e}", path.display())))?;
         }
         let hash = format!("{:016x}", scene.hash());
         Ok(Self { scene, simd, hash, technique_settings: of_technique })
@@ -187,7 +187,8 @@ fn load_text(demo: &Demo, options: &LoadOptions) -> Result<Scene, Failure> {
 
 /// Whether a setting belongs to a technique: `path.max_depth=4`.
 fn is_of_technique(setting: &str) -> bool {
-    techniques::NAMES.iter().any(|name| setting.strip_prefix(name).is_some_and(|rest| rest.starts_with('.')))
+    let rest = |name: &str| setting.strip_prefix(name).is_some_and(|rest| rest.starts_with('.'));
+    techniques::TECHNIQUES.iter().any(|entry| rest(entry.name))
 }
 
 /// The material that a text describes: `phong exponent=40`.

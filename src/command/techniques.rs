@@ -1,17 +1,11 @@
-//! The techniques by name, and their settings from the scene, from `--set` and from the technique's own words.
+//! The settings of techniques: from the scene, from `--set` and from the technique's own words on the command line.
 
 use std::str::FromStr;
 
-use halflight_file::nearest_name;
-use halflight_render::Technique;
-use halflight_render::techniques::path::{Path, PathSettings};
-use halflight_scene::schema;
+use halflight_render::techniques::{self, Made, TECHNIQUES};
 
 use super::failure::Failure;
 use super::stage::Stage;
-
-/// The names that `-t` takes.
-pub(crate) const NAMES: &[&str] = &["path"];
 
 /// `path`, or with settings `path:max_depth=2,clamp=10`.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,37 +20,25 @@ impl FromStr for TechniqueSpec {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let (name, settings) = text.split_once(':').unwrap_or((text, ""));
-        check_name(name)?;
+        techniques::find(name).map_err(|e| e.to_string())?;
         let settings = settings.split(',').map(str::trim).filter(|s| !s.is_empty());
         Ok(Self { name: name.into(), settings: settings.map(Into::into).collect() })
     }
 }
 
-/// Whether there is such a technique; if not, which one was probably meant.
-pub(crate) fn check_name(name: &str) -> Result<(), String> {
-    if NAMES.contains(&name) {
-        return Ok(());
+impl Default for TechniqueSpec {
+    fn default() -> Self {
+        Self { name: TECHNIQUES[0].name.into(), settings: Vec::new() }
     }
-    let hint = match nearest_name(name, NAMES.iter().copied()) {
-        Some(near) => format!("did you mean {near}?"),
-        None => format!("there is {}", NAMES.join(", ")),
-    };
-    Err(format!("there is no technique {name:?} ({hint})"))
 }
 
-/// The technique with its settings, and all of them as text: what the samples depend on.
-pub(crate) fn create(spec: &TechniqueSpec, stage: &Stage) -> Result<(Box<dyn Technique>, String), Failure> {
+/// The technique with its settings.
+pub(crate) fn create(spec: &TechniqueSpec, stage: &Stage) -> Result<Made, Failure> {
     let mut table = stage.technique_settings(&spec.name)?;
     for setting in &spec.settings {
         table.assign(&spec.name, setting).map_err(Failure::usage)?;
     }
-    match spec.name.as_str() {
-        "path" => {
-            let settings: PathSettings = schema::read(&table).map_err(Failure::failed)?;
-            Ok((Box::new(Path::new(settings)), format!("path {settings:?}")))
-        }
-        other => Err(Failure::usage(format!("there is no technique {other:?}"))),
-    }
+    techniques::find(&spec.name).map_err(Failure::usage)?.create(&table).map_err(Failure::failed)
 }
 
 #[cfg(test)]

@@ -25,8 +25,7 @@ pub(super) fn measure(args: &BenchArgs) -> Result<Findings, Failure> {
     let stage = Stage::load(&path, &SceneArgs::default(), &args.machine)?;
     let loaded = resources::peak_memory_bytes();
     let frame = stage.frame(0.0)?;
-    let (technique, _) =
-        techniques::create(&TechniqueSpec { name: "path".into(), settings: Vec::new() }, &stage)?;
+    let technique = techniques::create(&TechniqueSpec::default(), &stage)?.technique;
     let mut film = Film::new(width, height);
     technique.render(&frame, &mut film, &Budget { samples: Some(4), ..Budget::default() }, &silent())?;
     let peak = resources::peak_memory_bytes();

@@ -71,7 +71,8 @@ fn race(args: &BenchArgs, goal: &Reference, scene: &Path, picture: &Path) -> Res
     let truth = load_rgb(picture)?;
     let stage = Stage::load(scene, &SceneArgs::default(), &args.machine)?;
     let settings = vec![format!("max_depth={}", goal.max_depth)];
-    let (technique, _) = techniques::create(&TechniqueSpec { name: "path".into(), settings }, &stage)?;
+    let spec = TechniqueSpec { name: "path".into(), settings };
+    let technique = techniques::create(&spec, &stage)?.technique;
     let frame = stage.frame(0.0)?;
     let mut film = Film::new(truth.width, truth.height);
     let (mut cpu, mut at_64) = (0.0, None);

@@ -19,8 +19,13 @@ use super::output;
 
 /// Where the page goes when nothing else is said.
 const DEFAULT_REPORT: &str = "report";
+/// The extensions of pictures.
+const PICTURES: [&str; 7] = ["exr", "hdr", "png", "jpg", "jpeg", "tif", "tiff"];
 
 pub(crate) fn run(args: &CompareArgs, console: Console) -> Result<(), Failure> {
+    if args.reference_picture.is_none() {
+        refuse_single_picture(args)?;
+    }
     let folder =
         (!args.no_report).then(|| args.output.clone().unwrap_or_else(|| PathBuf::from(DEFAULT_REPORT)));
     if let Some(folder) = &folder {
@@ -39,6 +44,19 @@ pub(crate) fn run(args: &CompareArgs, console: Console) -> Result<(), Failure> {
         console.note(&format!("wrote {}", page.display()));
     }
     judge::judge(args, &report.figures, console)
+}
+
+/// A picture alone is an asset (an environment, heights), but who gives no technique has forgotten the other picture.
+fn refuse_single_picture(args: &CompareArgs) -> Result<(), Failure> {
+    let is_picture = PICTURES.contains(&extension(&args.input).as_str());
+    if !is_picture || !args.technique.is_empty() || args.reference.is_some() {
+        return Ok(());
+    }
+    let name = args.input.display();
+    Err(Failure::usage(format!(
+        "{name} is one picture, and it takes two: halflight compare {name} REFERENCE (to compare techniques on a scene \
+         that is made of {name}, name them with -t)"
+    )))
 }
 
 /// Makes the folder of the report, and learns now whether it can be written to.

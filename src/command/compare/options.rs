@@ -40,14 +40,9 @@ pub(crate) struct CompareArgs {
     /// A technique to compare, with settings if you like (path:max_depth=1); repeatable [default: path]
     #[arg(short, long, value_name = "TECHNIQUE", help_heading = "Techniques on a scene")]
     pub(super) technique: Vec<TechniqueSpec>,
-    /// The truth: a technique, or a picture of the scene
-    #[arg(
-        long,
-        value_name = "TECHNIQUE|FILE",
-        default_value = "path",
-        help_heading = "Techniques on a scene"
-    )]
-    pub(super) reference: String,
+    /// The truth: a technique, or a picture of the scene [default: path]
+    #[arg(long, value_name = "TECHNIQUE|FILE", help_heading = "Techniques on a scene")]
+    pub(super) reference: Option<String>,
     /// Samples a pixel of the reference
     #[arg(long, value_name = "N", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(1..=1 << 24), help_heading = "Techniques on a scene")]
     pub(super) reference_spp: u32,

@@ -50,7 +50,8 @@ pub(super) fn run(args: &CompareArgs, console: Console) -> Result<Comparison, Fa
     let size = args.size.unwrap_or_else(|| stage.size());
     let course = Course { stage: &stage, frame: stage.frame(args.time)?, size, console };
 
-    let specs = if args.technique.is_empty() { vec![default_technique()] } else { args.technique.clone() };
+    let specs =
+        if args.technique.is_empty() { vec![TechniqueSpec::default()] } else { args.technique.clone() };
     // All settings are looked at before the long work begins.
     specs.iter().try_for_each(|spec| techniques::create(spec, &stage).map(|_| ()))?;
     let (reference, reference_name) = reference(args, &course)?;
@@ -78,10 +79,6 @@ pub(super) fn run(args: &CompareArgs, console: Console) -> Result<Comparison, Fa
     Ok(comparison)
 }
 
-fn default_technique() -> TechniqueSpec {
-    TechniqueSpec { name: techniques::NAMES[0].into(), settings: Vec::new() }
-}
-
 fn name_of(spec: &TechniqueSpec) -> String {
     if spec.settings.is_empty() {
         spec.name.clone()
@@ -104,12 +101,16 @@ fn budgets(args: &CompareArgs) -> Vec<Budget> {
 
 /// A picture if `--reference` names one, else a render with many samples.
 fn reference(args: &CompareArgs, course: &Course) -> Result<(RgbImage, String), Failure> {
-    let path = Path::new(&args.reference);
-    if Format::of(path).is_ok() || path.is_file() {
-        return Ok((super::load(path)?, args.reference.clone()));
-    }
-    let spec: TechniqueSpec =
-        args.reference.parse().map_err(|e| Failure::usage(format!("{e}, and it is no picture either")))?;
+    let spec = match args.reference.as_deref() {
+        None => TechniqueSpec::default(),
+        Some(name) => {
+            let path = Path::new(name);
+            if Format::of(path).is_ok() || path.is_file() {
+                return Ok((super::load(path)?, name.to_string()));
+            }
+            name.parse().map_err(|e| Failure::usage(format!("{e}, and it is no picture either")))?
+        }
+    };
     let budget = Budget { samples: Some(args.reference_spp), ..Budget::default() };
     let name = format!("{} at {} samples", name_of(&spec), args.reference_spp);
     let seed = args.seed.wrapping_add(REFERENCE_SEED);
@@ -144,7 +145,7 @@ impl Course<'_> {
     /// One technique through all budgets. Its preparation counts as time of the first.
     fn run(&self, spec: &TechniqueSpec, budgets: &[Budget], seed: u64) -> Result<Vec<Station>, Failure> {
         let name = name_of(spec);
-        let (mut technique, _) = techniques::create(spec, self.stage)?;
+        let mut technique = techniques::create(spec, self.stage)?.technique;
         resources::reset_peak_memory();
         let (start, cpu_start) = (Instant::now(), resources::cpu_seconds());
         let meter = Meter::new(self.console, &name, &Budget::default(), None);

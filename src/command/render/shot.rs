@@ -16,6 +16,9 @@ use crate::command::sequence::Shot;
 use crate::command::stage::Stage;
 use crate::command::techniques;
 
+/// Rays a pixel for the layers of an interrupted picture: seconds at any size.
+const INTERRUPTED_LAYER_RAYS: u32 = 16;
+
 /// All that the pictures of one command share.
 pub(super) struct Studio<'a> {
     args: &'a RenderArgs,
@@ -60,9 +63,17 @@ impl<'a> Studio<'a> {
     ) -> Result<Self, Failure> {
         let mut spec = args.technique.clone();
         spec.settings.extend(args.max_depth.map(|depth| format!("max_depth={depth}")));
-        let (technique, technique_text) = techniques::create(&spec, stage)?;
+        let made = techniques::create(&spec, stage)?;
         let size = args.size.unwrap_or_else(|| stage.size());
-        Ok(Self { args, stage, technique_text, technique, size, layers, console })
+        Ok(Self {
+            args,
+            stage,
+            technique_text: made.identity,
+            technique: made.technique,
+            size,
+            layers,
+            console,
+        })
     }
 
     /// The technique's work that all frames share.
@@ -132,9 +143,15 @@ impl<'a> Studio<'a> {
             return Ok(kept);
         }
         if let Some(checkpoint) = &checkpoint {
-            progress::save_checkpoint(checkpoint, &film)?;
+            // The picture is worth more than the checkpoint.
+            if let Err(error) = progress::save_checkpoint(checkpoint, &film) {
+                self.console
+                    .warn(&format!("{error}; the picture is written, but there is nothing to resume from"));
+            }
         }
-        features::add_layers(&frame, &mut film, self.args.seed, &self.layers);
+        // Who interrupts does not want to wait for smooth edges.
+        let layer_rays = if kept.interrupted { INTERRUPTED_LAYER_RAYS } else { features::MAX_RAYS };
+        features::add_layers(&frame, &mut film, self.args.seed, &self.layers, layer_rays);
         let picture = self.with_metadata(film.picture(), shot, &kept);
         output::save(&shot.output, &picture, &self.encoding())?;
         kept.written = true;
