@@ -79,7 +79,7 @@ fn surface(hit: &LocalHit) -> LocalSurface {
         shading_normal: Vec3::Z,
         uv: Vec2::new(hit.u, hit.v),
         tangent: Vec3::X,
-        handedness: -1.0,
+        handedness: 1.0,
         color: Vec3::ONE,
         material_slot: 0,
     }

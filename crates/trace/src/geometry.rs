@@ -57,7 +57,8 @@ pub struct LocalSurface {
     pub uv: Vec2,
     /// Direction of growing u, of any length; zero where there is none.
     pub tangent: Vec3,
-    /// +1 or −1: the bitangent is `handedness · shading_normal × tangent`.
+    /// +1 or −1: the bitangent, where the picture's "up" goes (falling v), is
+    /// `handedness · shading_normal × tangent`; −1 where a picture is mirrored on the surface.
     pub handedness: f32,
     /// Linear vertex colour, white where there is none.
     pub color: Vec3,

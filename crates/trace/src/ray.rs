@@ -72,7 +72,8 @@ pub struct Surface {
     pub uv: Vec2,
     /// Unit direction of growing u, perpendicular to `shading_normal`.
     pub tangent: Vec3,
-    /// +1 or −1: the bitangent (growing v) is `handedness · shading_normal × tangent`.
+    /// +1 or −1: the bitangent, where the picture's "up" goes (falling v), is
+    /// `handedness · shading_normal × tangent`; −1 where a picture is mirrored on the surface.
     pub handedness: f32,
     /// Linear vertex colour, white where there is none.
     pub color: Vec3,

@@ -285,7 +285,7 @@ impl RayGeometry for HeightFieldTracer {
             shading_normal,
             uv: Vec2::new((i as f32 + u) / cells_x as f32, (j as f32 + v) / cells_z as f32),
             tangent: Vec3::new(1.0, rise_x / spacing.x, 0.0),
-            handedness: -1.0,
+            handedness: 1.0,
             color: Vec3::ONE,
             material_slot: 0,
         }

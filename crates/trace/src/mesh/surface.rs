@@ -112,7 +112,8 @@ pub(crate) fn surface(
     }
 }
 
-/// The direction in which u grows, ∂p/∂u, and the hand of the texture: −1 where the picture is mirrored on the surface.
+/// The direction in which u grows, ∂p/∂u, and the hand of the texture: −1 where the picture is mirrored on the surface,
+/// that is where ∂p/∂u and −∂p/∂v (v grows downwards) are no right-handed frame with the normal.
 ///
 /// With edges e₁, e₂ and texture differences (u₁, v₁), (u₂, v₂): ∂p/∂u = (v₂ e₁ − v₁ e₂) / (u₁ v₂ − u₂ v₁).
 fn tangent_of(e1: Vec3, e2: Vec3, uvs: [Vec2; 3], normal: Vec3) -> (Vec3, f32) {
@@ -123,7 +124,6 @@ fn tangent_of(e1: Vec3, e2: Vec3, uvs: [Vec2; 3], normal: Vec3) -> (Vec3, f32) {
     }
     let sign = determinant.signum();
     let tangent = (e1 * d2.y - e2 * d1.y) * sign;
-    let bitangent = (e2 * d1.x - e1 * d2.x) * sign;
-    // `tangent × bitangent` has the direction of ± normal.
-    (tangent, if normal.cross(tangent).dot(bitangent) < 0.0 { -1.0 } else { 1.0 })
+    let up = (e1 * d2.x - e2 * d1.x) * sign;
+    (tangent, if normal.cross(tangent).dot(up) < 0.0 { -1.0 } else { 1.0 })
 }

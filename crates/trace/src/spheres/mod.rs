@@ -5,8 +5,8 @@
 //! Ray/Sphere Intersection*). Eight spheres at once are tested in f32 against a radius widened by the rounding; those
 //! that pass are met in f64, where a sphere of 1e-3 at 1e5 is as sharp as one nearby.
 //!
-//! * Both sides are hit; the normal points outwards. Texture coordinates are those of a latitude–longitude map:
-//!   u = ½ + atan2(x, −z)/2π, v = acos(y)/π of the outward direction.
+//! * Both sides are hit; the normal points outwards. Texture coordinates are those of a globe, its map upright and not
+//!   mirrored from outside, the middle column towards +z: u = ½ + atan2(x, z)/2π, v = acos(y)/π of the outward direction.
 //! * Order: primitive i is the i-th sphere given. Groups of eight in an eight-wide tree of median splits; build
 //!   takes O(n log² n), about 20 ms for 100 000.
 
@@ -155,7 +155,7 @@ impl RayGeometry for SphereTracer {
         let outward = from_center.normalize_or(DVec3::Y);
         let position = (sphere.center.as_dvec3() + f64::from(sphere.radius) * outward).as_vec3();
         let normal = outward.as_vec3();
-        let turn = if normal.x == 0.0 && normal.z == 0.0 { 0.0 } else { normal.x.atan2(-normal.z) };
+        let turn = if normal.x == 0.0 && normal.z == 0.0 { 0.0 } else { normal.x.atan2(normal.z) };
         LocalSurface {
             position,
             // One rounding of each coordinate.
@@ -163,7 +163,7 @@ impl RayGeometry for SphereTracer {
             geometric_normal: normal,
             shading_normal: normal,
             uv: Vec2::new(0.5 + turn / TAU, normal.y.clamp(-1.0, 1.0).acos() / PI),
-            tangent: Vec3::new(-normal.z, 0.0, normal.x),
+            tangent: Vec3::new(normal.z, 0.0, -normal.x),
             handedness: 1.0,
             color: Vec3::ONE,
             material_slot: 0,
@@ -276,21 +276,21 @@ mod tests {
     }
 
     #[test]
-    fn texture_coordinates_and_tangents_follow_the_latitude_longitude_map() {
+    fn texture_coordinates_and_tangents_are_those_of_a_globe() {
         let tracer = SphereTracer::build(vec![Sphere { center: Vec3::ZERO, radius: 1.0 }]);
         let at = |direction: Vec3| {
             let ray = Ray::new(3.0 * direction, -direction);
             tracer.surface(&ray, &tracer.closest(&ray).unwrap())
         };
-        assert!(at(Vec3::NEG_Z).uv.abs_diff_eq(Vec2::new(0.5, 0.5), 1e-6));
+        assert!(at(Vec3::Z).uv.abs_diff_eq(Vec2::new(0.5, 0.5), 1e-6));
         assert!(at(Vec3::X).uv.abs_diff_eq(Vec2::new(0.75, 0.5), 1e-6));
         assert!(at(Vec3::Y).uv.abs_diff_eq(Vec2::new(0.5, 0.0), 1e-6));
         let surface = at(Vec3::new(0.3, 0.2, -0.8).normalize());
         let further = at((surface.geometric_normal + 1e-2 * surface.tangent).normalize());
         assert!(further.uv.x > surface.uv.x && (further.uv.y - surface.uv.y).abs() < 1e-3);
         let bitangent = surface.handedness * surface.geometric_normal.cross(surface.tangent);
-        let below = at((surface.geometric_normal + 1e-2 * bitangent).normalize());
-        assert!(below.uv.y > surface.uv.y);
+        let above = at((surface.geometric_normal + 1e-2 * bitangent).normalize());
+        assert!(above.uv.y < surface.uv.y);
     }
 
     #[test]

@@ -41,9 +41,9 @@ fn attributes_are_interpolated_with_the_weights_of_the_corners() {
         (Vec3::Z * 0.25 + Vec3::new(0.6, 0.0, 0.8) * 0.25 + Vec3::new(0.0, 0.6, 0.8) * 0.5).normalize();
     assert!((surface.shading_normal - expected).length() < 1e-6);
     assert_eq!(surface.material_slot, 7);
-    // u grows along x, v (downwards) along −y: the picture is not mirrored where v grows along n × t = … −y means −1.
     assert!(surface.tangent.dot(Vec3::X) > 0.8 && surface.tangent.dot(surface.shading_normal).abs() < 1e-5);
-    assert_eq!(surface.handedness, -1.0);
+    // u grows along x and v along −y: the picture stands upright, and its up is n × t.
+    assert_eq!(surface.handedness, 1.0);
 }
 
 #[test]
@@ -57,14 +57,14 @@ fn tangents_of_the_mesh_are_used_with_their_hand() {
 }
 
 #[test]
-fn the_bitangent_points_where_v_grows_also_in_a_mirror() {
+fn the_bitangent_points_where_the_picture_is_up_also_in_a_mirror() {
     let mut mesh = triangle();
     mesh.uvs = vec![Vec2::ZERO, Vec2::X, Vec2::Y];
     for scale in [Vec3::ONE, Vec3::new(-1.0, 1.0, 1.0), Vec3::new(2.0, 3.0, -0.5)] {
         let transform = Affine3A::from_rotation_x(0.4) * Affine3A::from_scale(scale);
         let surface = ask(mesh.clone(), transform);
         let bitangent = surface.shading_normal.cross(surface.tangent) * surface.handedness;
-        assert!(bitangent.dot(transform.transform_vector3(Vec3::Y).normalize()) > 0.999, "scale {scale}");
+        assert!(bitangent.dot(transform.transform_vector3(Vec3::NEG_Y).normalize()) > 0.999, "scale {scale}");
         assert!(surface.tangent.dot(transform.transform_vector3(Vec3::X).normalize()) > 0.999);
     }
 }

@@ -26,7 +26,7 @@ pub use solids::{cuboid, plane, rounded_box};
 pub use turned::{cone, cylinder, disk, lathe};
 
 /// A surface over (u, v) ∈ [0, 1]² at `across × along` quads; `surface` gives position and outward unit normal. The
-/// front is where ∂v × ∂u points. Triangles without area (at poles) are left out.
+/// front is where ∂v × ∂u points, so that a picture that is not to be mirrored there runs against u. Triangles without area (at poles) are left out.
 fn grid(across: usize, along: usize, surface: impl Fn(f32, f32) -> (Vec3, Vec3)) -> TriangleMesh {
     let mut mesh = TriangleMesh::default();
     for row in 0..=along {
@@ -35,7 +35,7 @@ fn grid(across: usize, along: usize, surface: impl Fn(f32, f32) -> (Vec3, Vec3))
             let (position, normal) = surface(uv.x, uv.y);
             mesh.positions.push(position);
             mesh.normals.push(normal);
-            mesh.uvs.push(Vec2::new(uv.x, 1.0 - uv.y));
+            mesh.uvs.push(Vec2::new(1.0 - uv.x, 1.0 - uv.y));
         }
     }
     let stride = (across + 1) as u32;
@@ -194,6 +194,31 @@ mod tests {
             assert!(signed_volume(&mesh) > 0.0, "{name} faces outwards");
             let low = mesh.positions.iter().fold(f32::INFINITY, |low, p| low.min(p.y));
             assert!(low.abs() < 1e-3, "{name} stands on y = 0, not {low}");
+        }
+    }
+
+    #[test]
+    fn no_picture_is_mirrored_on_a_generated_mesh() {
+        for (name, mesh) in [
+            ("sphere", uv_sphere(0.5, 32, 16)),
+            ("ico sphere", ico_sphere(0.5, 4)),
+            ("torus", torus(1.0, 0.25, 32, 16)),
+            ("cuboid", cuboid(Vec3::ONE)),
+            ("cylinder", cylinder(0.5, 1.0, 32)),
+            ("cone", cone(0.5, 1.0, 32)),
+            ("knot", knot(2, 3, 0.6, 0.1, 256, 16)),
+            ("vase", vase(32)),
+            ("plane", plane(Vec2::ONE, 2, 2)),
+            ("disk", disk(1.0, 32)),
+        ] {
+            // Counter-clockwise triangles are so in the picture too, seen with v upwards.
+            let turns = |t: &&[u32; 3]| {
+                let [a, b, c] = t.map(|v| mesh.uvs[v as usize]);
+                (b - a).perp_dot(c - a) > 0.0
+            };
+            let mirrored = mesh.triangles.iter().filter(turns).count();
+            // At the seam of the ico sphere a triangle spans the picture backwards.
+            assert!(mirrored * 20 <= mesh.triangles.len(), "{name}: {mirrored} of {}", mesh.triangles.len());
         }
     }
 

@@ -13,7 +13,7 @@ pub(super) fn around(turn: f32) -> Vec2 {
     Vec2::from_angle(TAU * if turn >= 1.0 { 0.0 } else { turn })
 }
 
-/// A sphere about the origin, cut along meridians and parallels; u around, v = 0 at the top.
+/// A sphere about the origin, cut along meridians and parallels; u around, eastwards, v = 0 at the top.
 pub fn uv_sphere(radius: f32, around_count: usize, along_count: usize) -> TriangleMesh {
     grid(around_count.max(3), along_count.max(2), |u, v| {
         let polar = PI * v;
@@ -64,7 +64,7 @@ pub fn ico_sphere(radius: f32, subdivisions: u32) -> TriangleMesh {
         }
         triangles = finer;
     }
-    let uv = |p: &Vec3| Vec2::new(0.5 + p.z.atan2(p.x) / TAU, p.y.clamp(-1.0, 1.0).acos() / PI);
+    let uv = |p: &Vec3| Vec2::new(0.5 - p.z.atan2(p.x) / TAU, p.y.clamp(-1.0, 1.0).acos() / PI);
     TriangleMesh {
         positions: points.iter().map(|&p| radius * p).collect(),
         uvs: points.iter().map(uv).collect(),

@@ -10,14 +10,15 @@ pub fn plane(size: Vec2, columns: usize, rows: usize) -> TriangleMesh {
     let mut mesh = grid(columns.max(1), rows.max(1), |u, v| {
         (Vec3::new((u - 0.5) * size.x, 0.0, (v - 0.5) * size.y), Vec3::Y)
     });
-    // v grows with z, as the rows of an image laid on the ground.
+    // u grows with x and v with z, as the rows of an image laid on the ground.
     for uv in &mut mesh.uvs {
-        uv.y = 1.0 - uv.y;
+        *uv = Vec2::ONE - *uv;
     }
     mesh
 }
 
-/// A box of the given size with sharp edges, on y = 0 and about the y axis; each face has the whole texture.
+/// A box of the given size with sharp edges, on y = 0 and about the y axis; each face has the whole texture: upright on the
+/// walls, and on top with its upper edge at the back (−z).
 pub fn cuboid(size: Vec3) -> TriangleMesh {
     rounded_box(size, 0.0, 0)
 }
@@ -56,7 +57,14 @@ pub fn rounded_box(size: Vec3, rounding: f32, segments: usize) -> TriangleMesh {
                     let normal = (point - core).normalize_or(flat);
                     mesh.positions.push(core + rounding * normal + Vec3::new(0.0, half.y, 0.0));
                     mesh.normals.push(normal);
-                    mesh.uvs.push(Vec2::new(0.5 + 0.5 * sign * x / half[a], 0.5 - 0.5 * y / half[b]));
+                    // Where the picture's right and up go on this face.
+                    let share = point / half;
+                    let (right, up) = match axis {
+                        0 => (-sign * share.z, share.y),
+                        1 => (share.x, -sign * share.z),
+                        _ => (sign * share.x, share.y),
+                    };
+                    mesh.uvs.push(0.5 + 0.5 * Vec2::new(right, -up));
                 }
             }
             let stride = across.len() as u32;

@@ -1,0 +1,113 @@
+//! The frame of the texture on every kind of shape: what normal maps and stretched highlights stand in.
+
+use glam::{Vec2, Vec3};
+use halflight_scene::{Frame, LoadOptions, Scene};
+use halflight_trace::{Ray, Surface};
+
+/// A shape, upright or in a transform that mirrors, of a material that needs tangents.
+fn frame_of(shape: &str, transform: &str) -> Frame {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("scene.toml");
+    let text = format!(
+        "[[shape]]\n{shape}\ntransform = {transform}\nmaterial = {{ type = \"conductor\", anisotropy = 0.5 }}\n"
+    );
+    std::fs::write(&path, text).expect("the scene is written");
+    Scene::load(&path, &LoadOptions::default()).expect("a scene").at(0.0).expect("a frame")
+}
+
+fn seen(frame: &Frame, origin: Vec3, direction: Vec3) -> Option<Surface> {
+    let ray = Ray::new(origin, direction);
+    frame.world.closest(&ray).map(|hit| frame.world.surface(&ray, &hit))
+}
+
+/// How far the texture goes from a surface to the place `step` beside it.
+fn beside(frame: &Frame, surface: &Surface, step: Vec3) -> Option<Vec2> {
+    let lift = 10.0 * step.length() * surface.geometric_normal;
+    let there = seen(frame, surface.position + step + lift, -surface.geometric_normal)?;
+    let same = there.geometric_normal.dot(surface.geometric_normal) > 0.999;
+    let moved = there.uv - surface.uv;
+    // Not over a seam or an edge.
+    (same && moved.length() < 0.2).then_some(moved)
+}
+
+const QUAD: &str = "type = \"triangles\"\npositions = [[-1,-1,0],[1,-1,0],[1,1,0],[-1,1,0]]\n\
+    uvs = [[0,1],[1,1],[1,0],[0,0]]\ntriangles = [[0,1,2],[0,2,3]]";
+
+#[test]
+fn on_every_shape_the_tangent_goes_right_and_the_bitangent_up_in_the_picture() {
+    let shapes = [
+        ("rectangle", "type = \"rectangle\"\nsize = [2, 2]"),
+        ("disk", "type = \"disk\""),
+        ("plane", "type = \"plane\"\nhalf_extent = 1"),
+        ("triangles", QUAD),
+        ("sphere", "type = \"sphere\""),
+        ("spheres", "type = \"spheres\"\nspheres = [[0, 0, 0, 1]]"),
+        ("box", "type = \"box\"\nsize = [1.3, 1.2, 1.1]"),
+        (
+            "height field",
+            "type = \"height-field\"\nextent = [2, 2]\nposts = [64, 64]\n\
+             heights = { type = \"sum-of-sines\", waves = [{ amplitude = 0.02, kx = 2, kz = 3 }] }",
+        ),
+        ("torus", "type = \"generated\"\nmesh = \"torus\""),
+        ("flat torus", "type = \"generated\"\nmesh = \"torus\"\nshading = \"flat\""),
+    ];
+    let transforms =
+        [("upright", "{ scale = 1 }"), ("mirrored", "{ scale = [-1, 1, 1], rotate_degrees = [20, 30, 40] }")];
+    for (name, shape) in shapes {
+        for (way, transform) in transforms {
+            let frame = frame_of(shape, transform);
+            let (low, high) = frame.bounds;
+            let (center, radius) = (0.5 * (low + high), 0.5 * low.distance(high));
+            let mut checked = 0;
+            for k in 0..2000 {
+                let turn = |factor: f32| (k as f32 * factor).fract() * 2.0 - 1.0;
+                let aim =
+                    center + 0.5 * (high - low) * Vec3::new(turn(0.618_034), turn(0.754_878), turn(0.569_84));
+                let from = Vec3::new(turn(0.414_21), turn(0.732_05), turn(0.236_07)).normalize_or(Vec3::Z);
+                let Some(surface) = seen(
+                    &frame,
+                    center + 3.0 * radius * from,
+                    (aim - center - 3.0 * radius * from).normalize(),
+                ) else {
+                    continue;
+                };
+                let step = 2e-3 * radius;
+                let up = surface.handedness * surface.shading_normal.cross(surface.tangent);
+                let (Some(right), Some(up)) =
+                    (beside(&frame, &surface, step * surface.tangent), beside(&frame, &surface, step * up))
+                else {
+                    continue;
+                };
+                // Near a pole the picture turns within a step.
+                if right.length() > 0.05 {
+                    continue;
+                }
+                checked += 1;
+                assert!(right.x > 0.0 && right.y.abs() < 0.2 * right.x, "{name}, {way}: right is {right}");
+                assert!(up.y < 0.0 && up.x.abs() < -0.5 * up.y, "{name}, {way}: up is {up}");
+            }
+            assert!(checked > 200, "{name}, {way}: {checked} places");
+        }
+    }
+}
+
+#[test]
+fn pictures_on_solids_are_not_mirrored_and_stand_upright_on_walls() {
+    for (name, shape) in [
+        ("sphere", "type = \"sphere\""),
+        ("box", "type = \"box\""),
+        ("cylinder", "type = \"generated\"\nmesh = \"cylinder\""),
+        ("vase", "type = \"generated\"\nmesh = \"vase\""),
+        ("ball", "type = \"generated\"\nmesh = \"ico-sphere\""),
+    ] {
+        let frame = frame_of(shape, "{ scale = 1 }");
+        let middle = 0.5 * (frame.bounds.0 + frame.bounds.1);
+        for turn in 0..8 {
+            let towards = Vec3::new((turn as f32 + 0.3).sin(), 0.0, (turn as f32 + 0.3).cos());
+            let surface = seen(&frame, middle + 9.0 * towards, -towards).expect("it is there");
+            let up = surface.handedness * surface.shading_normal.cross(surface.tangent);
+            assert_eq!(surface.handedness, 1.0, "{name}");
+            assert!(up.y > 0.8, "{name}: up is {up}");
+        }
+    }
+}
