@@ -43,8 +43,10 @@ impl BsdfSample {
 /// Every answer is finite for any two unit vectors, also for those that lie in the surface.
 #[derive(Clone, Copy, Debug)]
 pub struct Bsdf<'a> {
-    lobe: Lobe<'a>,
+    pub(crate) lobe: Lobe<'a>,
     two_sided: bool,
+    /// The part of the light that meets the lobe; the rest goes straight through.
+    opacity: f32,
 }
 
 /// The ways to scatter, with directions turned so that `wo` is in front.
@@ -64,7 +66,12 @@ impl<'a> Bsdf<'a> {
     pub(crate) fn new(lobe: Lobe<'a>, two_sided: bool) -> Self {
         // A border has two sides by its nature.
         let two_sided = two_sided || matches!(lobe, Lobe::Dielectric(_));
-        Self { lobe, two_sided }
+        Self { lobe, two_sided, opacity: 1.0 }
+    }
+
+    /// The same with a surface that is there only in part.
+    pub(crate) fn with_opacity(self, opacity: f32) -> Self {
+        Self { opacity, ..self }
     }
 
     /// Lambert's surface, two-sided.
@@ -75,9 +82,9 @@ impl<'a> Bsdf<'a> {
     /// The sign that turns `wo` to the front; `None` where nothing scatters.
     #[inline]
     fn side(&self, wo: Vec3) -> Option<f32> {
-        if wo.z > 0.0 {
+        if wo.z > GRAZING {
             Some(1.0)
-        } else if wo.z < 0.0 && self.two_sided {
+        } else if wo.z < -GRAZING && self.two_sided {
             Some(-1.0)
         } else {
             None
@@ -90,7 +97,7 @@ impl<'a> Bsdf<'a> {
         match (&self.lobe, self.side(wo)) {
             // The density of a measured lobe costs as much as its value.
             (Lobe::Measured(brdf), Some(side)) if wi.z * side > 0.0 => {
-                brdf.eval(turned(wo, side), turned(wi, side))
+                brdf.eval(turned(wo, side), turned(wi, side)) * self.opacity
             }
             _ => self.eval_pdf(wo, wi).0,
         }
@@ -105,13 +112,24 @@ impl<'a> Bsdf<'a> {
     /// [`eval`](Self::eval) and [`pdf`](Self::pdf) together, for little more than one of them.
     #[inline]
     pub fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Vec3, f32) {
+        let (value, pdf) = self.lobe_eval_pdf(wo, wi);
+        (value * self.opacity, pdf * self.opacity)
+    }
+
+    #[inline]
+    fn lobe_eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Vec3, f32) {
         const NOTHING: (Vec3, f32) = (Vec3::ZERO, 0.0);
         let Some(side) = self.side(wo) else { return NOTHING };
         let (wo, wi) = (turned(wo, side), turned(wi, side));
+        // False for NaN too.
+        let leaves = wi.z.abs() > GRAZING;
+        if !leaves {
+            return NOTHING;
+        }
         if let Lobe::Dielectric(dielectric) = &self.lobe {
             return dielectric.eval_pdf(wo, wi, side > 0.0);
         }
-        if wi.z <= 0.0 || wi.z.is_nan() {
+        if wi.z <= 0.0 {
             return NOTHING;
         }
         match &self.lobe {
@@ -128,6 +146,15 @@ impl<'a> Bsdf<'a> {
     /// `None` where nothing is scattered.
     #[inline]
     pub fn sample(&self, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
+        let mut u_lobe = u_lobe;
+        if self.opacity < 1.0 {
+            let pdf = 1.0 - self.opacity;
+            if u_lobe < pdf {
+                let through = BsdfSample { wi: -wo, weight: Vec3::ONE, pdf, delta: true, transmitted: true };
+                return (wo.z.abs() > GRAZING).then_some(through);
+            }
+            u_lobe = ((u_lobe - pdf) / self.opacity).min(1.0 - f32::EPSILON);
+        }
         let side = self.side(wo)?;
         let wo = turned(wo, side);
         let mut sample = match &self.lobe {
@@ -141,7 +168,8 @@ impl<'a> Bsdf<'a> {
             Lobe::Measured(brdf) => brdf.sample(wo, u_lobe, u),
         }?;
         sample.wi.z *= side;
-        Some(sample)
+        sample.pdf *= self.opacity;
+        (sample.wi.z.abs() > GRAZING).then_some(sample)
     }
 
     /// Whether nothing scatters but delta functions: sampling lights is then of no use.
@@ -169,13 +197,17 @@ impl<'a> Bsdf<'a> {
 
     /// Whether light can go through.
     pub fn transmits(&self) -> bool {
-        match &self.lobe {
-            Lobe::Dielectric(_) => true,
-            Lobe::MetallicRoughness(model) => model.transmits(),
-            _ => false,
-        }
+        self.opacity < 1.0
+            || match &self.lobe {
+                Lobe::Dielectric(_) => true,
+                Lobe::MetallicRoughness(model) => model.transmits(),
+                _ => false,
+            }
     }
 }
+
+/// Cosines up to this lie in the surface: nothing arrives there, and quotients of such cosines are not finite.
+const GRAZING: f32 = 1e-9;
 
 #[inline]
 fn turned(v: Vec3, side: f32) -> Vec3 {

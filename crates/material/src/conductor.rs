@@ -13,8 +13,13 @@ use crate::sampling::reflect;
 /// What a facet reflects.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Reflectance {
-    Complex { eta: Vec3, k: Vec3 },
+    Complex {
+        eta: Vec3,
+        k: Vec3,
+    },
     Normal(Vec3),
+    /// The same at every angle.
+    Constant(Vec3),
 }
 
 impl Reflectance {
@@ -23,6 +28,7 @@ impl Reflectance {
         match *self {
             Reflectance::Complex { eta, k } => fresnel::conductor(cos, eta, k),
             Reflectance::Normal(color) => fresnel::schlick(cos, color),
+            Reflectance::Constant(color) => color,
         }
     }
 }

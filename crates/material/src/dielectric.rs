@@ -28,7 +28,7 @@ pub(crate) struct Dielectric {
 
 impl Dielectric {
     pub(crate) fn new(ior: f32, tint: Vec3, alpha: f32) -> Self {
-        let ior = if ior.is_finite() && ior > 0.0 { ior } else { 1.0 };
+        let ior = if ior.is_finite() && ior > 0.0 { ior.clamp(0.01, 100.0) } else { 1.0 };
         // Between equal media a border does nothing, however rough; the half vector is not defined either.
         let smooth = alpha < crate::microfacet::SMOOTH_ALPHA || (ior - 1.0).abs() < 1e-3;
         Self { ior, tint, facets: (!smooth).then(|| Ggx::new(alpha)) }

@@ -30,10 +30,12 @@ pub(crate) fn conductor(cos_i: f32, eta: Vec3, k: Vec3) -> Vec3 {
     let a = sqrt(0.5 * (a2_b2 + t0));
     let t1 = a2_b2 + Vec3::splat(cos2);
     let t2 = 2.0 * cos_i * a;
-    let perpendicular = (t1 - t2) / (t1 + t2);
+    // Where a metal without extinction has the index of air, both are zero at grazing.
+    let least = Vec3::splat(f32::MIN_POSITIVE);
+    let perpendicular = (t1 - t2) / (t1 + t2).max(least);
     let t3 = cos2 * a2_b2 + Vec3::splat(sin2 * sin2);
     let t4 = t2 * sin2;
-    let parallel = perpendicular * (t3 - t4) / (t3 + t4);
+    let parallel = perpendicular * (t3 - t4) / (t3 + t4).max(least);
     (0.5 * (parallel + perpendicular)).clamp(Vec3::ZERO, Vec3::ONE)
 }
 

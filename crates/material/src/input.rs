@@ -93,6 +93,27 @@ impl From<f32> for ScalarInput {
     }
 }
 
+/// How much of the light a surface stops; the rest goes straight through, as if it were not there.
+#[derive(Clone, Debug)]
+pub struct Opacity {
+    /// From 0, not there, to 1, solid.
+    pub amount: ScalarInput,
+    /// With a cutoff the surface is there, wholly, where the amount is at least that, and nowhere else.
+    pub cutoff: Option<f32>,
+}
+
+impl Opacity {
+    /// The part that is stopped at `uv`, from 0 to 1; 1 where the picture holds nothing usable.
+    pub fn at(&self, uv: Vec2) -> f32 {
+        let amount = self.amount.at(uv);
+        match self.cutoff {
+            Some(cutoff) if amount < cutoff => 0.0,
+            None if amount.is_finite() => amount.clamp(0.0, 1.0),
+            _ => 1.0,
+        }
+    }
+}
+
 /// A tangent-space normal map: texel (r, g, b) means the normal (2r − 1, 2g − 1, 2b − 1), +y towards smaller v
 /// ("OpenGL" sense, as glTF has it).
 #[derive(Clone, Debug)]

@@ -12,6 +12,8 @@
 //! - **Roughness**: the width of a microfacet distribution is α = roughness², for every material here.
 //! - **Two-sided** unless told otherwise: an opaque surface seen from behind scatters as from the front.
 //!   Dielectrics read `wo.z < 0` as "from inside".
+//! - **Opacity** below one lets that part of the light go straight through: a delta function beside the others, which
+//!   only sampling the material finds.
 //! - **Refraction scales radiance**: what goes through the border of two media is multiplied by
 //!   (n of the viewer's side / n of the light's side)², as the conservation of radiance / n² demands.
 //!
@@ -30,6 +32,7 @@ mod dielectric;
 mod diffuse;
 mod fresnel;
 mod input;
+mod low_frequency;
 mod material;
 mod merl;
 mod metallic_roughness;
@@ -42,7 +45,8 @@ pub mod test_kit;
 mod texture;
 
 pub use bsdf::{Bsdf, BsdfSample};
-pub use input::{ColorInput, NormalMap, ScalarInput, SurfaceInput};
+pub use input::{ColorInput, NormalMap, Opacity, ScalarInput, SurfaceInput};
+pub use low_frequency::LowFrequency;
 pub use material::{ConductorColor, Material, MaterialKind};
 pub use merl::{AlbedoAt, Lookup, MeasuredBrdf, MeasuredInfo, merl_bytes, write_merl};
 pub use metals::{metal, metal_names};

@@ -8,7 +8,7 @@ use crate::bsdf::{Bsdf, Lobe};
 use crate::conductor::{Conductor, Reflectance};
 use crate::dielectric::Dielectric;
 use crate::diffuse::Diffuse;
-use crate::input::{ColorInput, NormalMap, ScalarInput, SurfaceInput};
+use crate::input::{ColorInput, NormalMap, Opacity, ScalarInput, SurfaceInput};
 use crate::merl::MeasuredBrdf;
 use crate::metallic_roughness::MetallicRoughness;
 use crate::microfacet::{self, Ggx};
@@ -28,6 +28,9 @@ pub struct Material {
     /// Small bumps, as normals in the tangent frame. The caller turns the shading frame by them, see
     /// [`Material::shading_normal_local`].
     pub normal_map: Option<NormalMap>,
+    /// How much of the surface is there, for leaves cut out of a picture and for gauze; `None` for all of it. What is
+    /// not there neither scatters nor shines.
+    pub opacity: Option<Opacity>,
 }
 
 /// The ways to scatter. Roughness is from 0 to 1, and α = roughness².
@@ -96,14 +99,16 @@ pub enum ConductorColor {
         /// Imaginary part: the extinction.
         k: Vec3,
     },
-    /// Schlick's approximation from the colour at normal incidence; white is an ideal mirror.
+    /// Schlick's approximation from the colour at normal incidence.
     Normal(ColorInput),
+    /// The same at every angle: an ideal mirror.
+    Constant(ColorInput),
 }
 
 impl Material {
     /// A two-sided material that does not shine.
     pub fn new(name: impl Into<String>, kind: MaterialKind) -> Self {
-        Self { name: name.into(), kind, emission: None, two_sided: true, normal_map: None }
+        Self { name: name.into(), kind, emission: None, two_sided: true, normal_map: None, opacity: None }
     }
 
     /// Lambert's surface of one colour.
@@ -118,7 +123,7 @@ impl Material {
 
     /// An ideal mirror.
     pub fn mirror() -> Self {
-        let color = ConductorColor::Normal(Vec3::ONE.into());
+        let color = ConductorColor::Constant(Vec3::ONE.into());
         Self::new("mirror", MaterialKind::Conductor { color, roughness: 0.0.into(), anisotropy: 0.0 })
     }
 
@@ -138,8 +143,11 @@ impl Material {
             }
             MaterialKind::Conductor { color: metal, roughness, anisotropy } => {
                 let reflectance = match metal {
-                    ConductorColor::Complex { eta, k } => Reflectance::Complex { eta: *eta, k: *k },
+                    ConductorColor::Complex { eta, k } => {
+                        Reflectance::Complex { eta: index(*eta), k: index(*k) }
+                    }
                     ConductorColor::Normal(normal) => Reflectance::Normal(color(normal)),
+                    ConductorColor::Constant(every) => Reflectance::Constant(color(every)),
                 };
                 let alpha = microfacet::alpha(roughness.at(input.uv));
                 if alpha < microfacet::SMOOTH_ALPHA {
@@ -164,12 +172,18 @@ impl Material {
             }
             MaterialKind::Measured(brdf) => Lobe::Measured(brdf),
         };
-        Bsdf::new(lobe, self.two_sided)
+        let opacity = self.opacity_at(input);
+        Bsdf::new(if opacity > 0.0 { lobe } else { Lobe::Black }, self.two_sided).with_opacity(opacity)
     }
 
     /// The radiance emitted at one place, in every direction of the side that shines; zero if none.
     pub fn emitted(&self, input: &SurfaceInput) -> Vec3 {
-        self.emission.as_ref().map_or(Vec3::ZERO, |emission| emission.at(input.uv))
+        self.emission.as_ref().map_or(Vec3::ZERO, |emission| emission.at(input.uv) * self.opacity_at(input))
+    }
+
+    /// The part of the light that the surface stops at one place.
+    fn opacity_at(&self, input: &SurfaceInput) -> f32 {
+        self.opacity.as_ref().map_or(1.0, |opacity| opacity.at(input.uv))
     }
 
     /// Whether the surface shines at all.
@@ -190,4 +204,9 @@ impl Material {
     pub fn shading_normal_local(&self, uv: Vec2) -> Option<Vec3> {
         self.normal_map.as_ref().map(|map| map.at(uv))
     }
+}
+
+/// Indices of refraction in a range whose fourth powers are finite.
+fn index(of: Vec3) -> Vec3 {
+    of.clamp(Vec3::ZERO, Vec3::splat(1e6))
 }

@@ -49,14 +49,15 @@ impl MetallicRoughness {
     /// The shares of samples: facets, diffuse; what is missing to one goes straight through.
     #[inline]
     fn shares(&self, wo: Vec3) -> (f32, f32) {
-        let surface = luminance(schlick(wo.z.min(1.0), self.normal));
+        // Never zero, so that a surface that returns nothing is still sampled somehow.
+        let surface = luminance(schlick(wo.z.min(1.0), self.normal)).max(1e-4);
         let diffuse = (1.0 - surface) * luminance(self.diffuse);
         let through = (1.0 - surface) * luminance(self.through);
         let all = surface + diffuse + through;
         // A tenth at least for what exists, because facets turned away from the normal reflect otherwise than
         // F(cos_o) says; this bounds the weights.
         let share = |part: f32| if part > 0.0 { 0.1 + 0.7 * part / all } else { 0.0 };
-        let (surface, diffuse, through) = (share(surface.max(1e-4)), share(diffuse), share(through));
+        let (surface, diffuse, through) = (share(surface), share(diffuse), share(through));
         let all = surface + diffuse + through;
         (surface / all, diffuse / all)
     }
@@ -96,6 +97,11 @@ impl MetallicRoughness {
 
     pub(crate) fn albedo(&self) -> Vec3 {
         (self.diffuse + self.through + self.normal).min(Vec3::ONE)
+    }
+
+    /// Albedo of the diffuse part, reflectance straight on, and the facets.
+    pub(crate) fn parts(&self) -> (Vec3, Vec3, &Ggx) {
+        (self.diffuse, self.normal, &self.facets)
     }
 
     pub(crate) fn transmits(&self) -> bool {

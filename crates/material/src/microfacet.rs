@@ -37,6 +37,11 @@ impl Ggx {
         Self { alpha: Vec2::splat(alpha.max(SMOOTH_ALPHA)) }
     }
 
+    /// The mean width of the two directions.
+    pub(crate) fn mean_alpha(&self) -> f32 {
+        (self.alpha.x * self.alpha.y).sqrt()
+    }
+
     /// Stretched by `anisotropy` in [−1, 1], Burley 2012 §5.4.
     pub(crate) fn anisotropic(alpha: f32, anisotropy: f32) -> Self {
         let anisotropy = if anisotropy.is_finite() { anisotropy.clamp(-1.0, 1.0) } else { 0.0 };

@@ -23,7 +23,7 @@ const MAX_EXPONENT: f32 = 1e5;
 pub(crate) struct Phong {
     pub(crate) diffuse: Vec3,
     pub(crate) specular: Vec3,
-    exponent: f32,
+    pub(crate) exponent: f32,
     /// The share of samples that go to the lobe.
     share: f32,
 }

@@ -96,7 +96,7 @@ impl Material {
                 anisotropy: fields.number("anisotropy", 0.0, -1.0..=1.0)?,
             },
             "mirror" => MaterialKind::Conductor {
-                color: ConductorColor::Normal(fields.reflectance("", 1.0)?.into()),
+                color: ConductorColor::Constant(fields.reflectance("", 1.0)?.into()),
                 roughness: 0.0.into(),
                 anisotropy: 0.0,
             },

@@ -63,12 +63,20 @@ pub struct Texture {
     pub wrap_v: Wrap,
     /// Applied to the coordinates first.
     pub transform: UvTransform,
+    /// Shows texels as squares of one value instead of mixing neighbours.
+    pub nearest: bool,
 }
 
 impl Texture {
     /// A texture that repeats, without a transform.
     pub fn new(image: Arc<TextureImage>) -> Self {
-        Self { image, wrap_u: Wrap::Repeat, wrap_v: Wrap::Repeat, transform: UvTransform::default() }
+        Self {
+            image,
+            wrap_u: Wrap::Repeat,
+            wrap_v: Wrap::Repeat,
+            transform: UvTransform::default(),
+            nearest: false,
+        }
     }
 
     /// The linear red, green, blue, alpha at `uv`; zero if the picture is empty or `uv` is not finite.
@@ -78,8 +86,11 @@ impl Texture {
         if !uv.is_finite() || width == 0 || height == 0 {
             return Vec4::ZERO;
         }
-        let (x0, x1, fx) = bracket(uv.x, width, self.wrap_u);
-        let (y0, y1, fy) = bracket(uv.y, height, self.wrap_v);
+        let (x0, x1, mut fx) = bracket(uv.x, width, self.wrap_u);
+        let (y0, y1, mut fy) = bracket(uv.y, height, self.wrap_v);
+        if self.nearest {
+            (fx, fy) = (fx.round(), fy.round());
+        }
         let upper = self.texel(x0, y0).lerp(self.texel(x1, y0), fx);
         let lower = self.texel(x0, y1).lerp(self.texel(x1, y1), fx);
         upper.lerp(lower, fy)

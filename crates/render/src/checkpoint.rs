@@ -44,7 +44,20 @@ pub fn save(path: &Path, identity: &str, film: &Film) -> Result<(), SaveError> {
 /// # Errors
 /// If the file cannot be read, is damaged, or belongs to another render.
 pub fn load(path: &Path, identity: &str, width: usize, height: usize) -> Result<Film, LoadError> {
-    let bytes = read(path, ASKED)?;
+    decode(&read(path, ASKED)?, path, identity, width, height)
+}
+
+/// [`load`] from memory; `path` is for the error.
+///
+/// # Errors
+/// As [`load`].
+pub fn decode(
+    bytes: &[u8],
+    path: &Path,
+    identity: &str,
+    width: usize,
+    height: usize,
+) -> Result<Film, LoadError> {
     let error = |found: &str| LoadError::new(ASKED, path, found).hint("start again without --resume");
     let damaged = || error("the file is damaged or cut short");
     let (body, hash) = bytes.split_last_chunk::<8>().ok_or_else(damaged)?;
@@ -60,6 +73,10 @@ pub fn load(path: &Path, identity: &str, width: usize, height: usize) -> Result<
     }
     if next_line(&mut rest) != Some(&format!("{width} {height}")) {
         return Err(error("it belongs to a picture of another size"));
+    }
+    // Asked before the film is made, so that what is damaged costs nothing.
+    if rest.len() / PIXEL_BYTES < width * height {
+        return Err(damaged());
     }
     let mut film = Film::new(width, height);
     if rest.len() != width * height * PIXEL_BYTES + film.tiles().len() * 8 {
@@ -116,6 +133,35 @@ mod tests {
         let path = folder.path().join("film");
         save(&path, "scene 12", &film()).unwrap();
         assert_eq!(load(&path, "scene 12", 19, 5).unwrap(), film());
+    }
+
+    #[test]
+    fn the_seeds_of_the_fuzz_target_are_read_or_refused() {
+        let corpus = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../fuzz/corpus/checkpoint"));
+        let Ok(entries) = std::fs::read_dir(corpus) else {
+            eprintln!("skipped: there is no {}", corpus.display());
+            return;
+        };
+        let mut read = 0;
+        for entry in entries.flatten() {
+            let bytes = std::fs::read(entry.path()).unwrap();
+            read += usize::from(decode(&bytes, Path::new("fuzz"), "fuzz", 19, 5).is_ok());
+            for place in (0..bytes.len()).step_by(7) {
+                let mut damaged = bytes.clone();
+                damaged[place] ^= 0x41;
+                assert!(decode(&damaged, Path::new("fuzz"), "fuzz", 19, 5).is_err());
+            }
+        }
+        assert!(read > 0);
+    }
+
+    /// `cargo test -p halflight-render --lib -- --ignored write_the_corpus` writes the seed for the fuzzer anew.
+    #[test]
+    #[ignore = "writes into fuzz/corpus"]
+    fn write_the_corpus() {
+        let corpus = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../fuzz/corpus/checkpoint"));
+        std::fs::create_dir_all(corpus).unwrap();
+        save(&corpus.join("film"), "fuzz", &film()).unwrap();
     }
 
     #[test]

@@ -127,6 +127,23 @@ impl Film {
         &self.tiles
     }
 
+    /// Adds one sample to every pixel: `picture` holds width × height radiances, rows from the top. Returns how many were
+    /// not finite and were kept out.
+    ///
+    /// # Panics
+    /// If there are fewer radiances than pixels.
+    pub fn add_picture(&mut self, picture: &[Vec3]) -> u64 {
+        let before = self.non_finite();
+        let width = self.width;
+        self.tiles.par_iter_mut().for_each(|tile| {
+            for (i, pixel) in tile.pixels.iter_mut().enumerate() {
+                let (x, y) = (tile.x + i % tile.width, tile.y + i / tile.width);
+                tile.non_finite += u64::from(!pixel.add(picture[y * width + x]));
+            }
+        });
+        self.non_finite() - before
+    }
+
     /// One number per pixel, rows from the top.
     pub fn map<T: Clone + Default>(&self, mut f: impl FnMut(&Pixel) -> T) -> Vec<T> {
         let mut result = vec![T::default(); self.width * self.height];

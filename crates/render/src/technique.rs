@@ -91,6 +91,8 @@ pub struct RenderReport {
     pub interrupted: bool,
     /// Estimated relative error at the end, if there were samples enough to tell.
     pub relative_error: Option<f64>,
+    /// Approximations in force and what was left out, in words for the user.
+    pub notes: Vec<String>,
 }
 
 /// A deadline that may be absent.

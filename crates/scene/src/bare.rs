@@ -161,7 +161,15 @@ fn ground(outline: &Outline, builder: &mut Builder) -> Object {
 const LENS: FieldOfView = FieldOfView::Vertical(0.50);
 
 fn model(path: &Path, material: Option<MaterialEntry>, builder: &mut Builder) -> Result<Stage, SceneError> {
-    let model = builder.bare_model(path)?;
+    let mut model = builder.bare_model(path)?;
+    if !model.lights.is_empty() {
+        builder.warnings.push(format!(
+            "{}: its {} lights are left out in favour of the studio; a scene file that names it has them",
+            path.display(),
+            model.lights.len()
+        ));
+        Arc::make_mut(&mut model).lights.clear();
+    }
     let name = model.name.clone();
     if model.triangle_count() == 0 {
         builder.warnings.push(format!("{}: there are no triangles in it", path.display()));
@@ -175,7 +183,7 @@ fn model(path: &Path, material: Option<MaterialEntry>, builder: &mut Builder) ->
             transmission: 0.0.into(),
             ior: 1.5,
         };
-        let plain = model.materials.is_empty();
+        let plain = model.materials.iter().all(|material| material.stand_in);
         plain.then(|| MaterialEntry {
             index: builder.add_material(Material::new("clay", clay)),
             displacement: None,

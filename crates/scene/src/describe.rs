@@ -77,6 +77,10 @@ impl Scene {
             if object.materials.iter().any(|&m| self.materials[m as usize].is_emissive()) {
                 description.lights.push(object.name.clone());
             }
+            if let Form::Model(model) = &object.form {
+                let lights = model.model().lights.iter().map(|_| format!("light of {}", object.name));
+                description.lights.extend(lights);
+            }
         }
         for material in &self.materials {
             *description.materials.entry(kind_of(&material.kind)).or_default() += 1;
@@ -91,6 +95,7 @@ impl Scene {
         for delta in &self.lights.deltas {
             let kind = match delta {
                 crate::lights::DeltaLight::Point { .. } => "point light",
+                crate::lights::DeltaLight::Spot { .. } => "spot light",
                 crate::lights::DeltaLight::Directional { .. } => "directional light",
             };
             description.lights.push(kind.into());

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use glam::{Affine3A, Vec2, Vec3};
 use halflight_material::Material;
+use halflight_shape::ModelLightKind;
 use halflight_trace::{Geometry, Instance, Motion, World};
 
 use crate::SceneError;
@@ -119,7 +120,10 @@ impl Scene {
         let world = World::build(instances, self.simd);
         let bounds = world.bounds();
         let radius = 0.5 * bounds.0.distance(bounds.1);
-        let deltas: Vec<DeltaLight> = self.lights.deltas.clone();
+        let mut deltas: Vec<DeltaLight> = self.lights.deltas.clone();
+        for object in &self.objects {
+            add_model_lights(object, times, &mut deltas);
+        }
         let radius = if radius > 0.0 && radius.is_finite() { radius } else { 1.0 };
         let lights = Lights::new(self.lights.environment.clone(), emitters, deltas, radius);
         Ok(Frame {
@@ -176,8 +180,33 @@ impl Scene {
                     add(EmitterShape::Triangle { corners, uvs }, mesh.material_slot(index), index as u32);
                 }
             }
-            // A shining height field is found by chance alone.
+            // A shining height field is found by chance alone; the loader says so.
             _ => {}
+        }
+    }
+}
+
+/// Adds the lights that stand at nodes of a model. They shine along −z; scales do not change how strongly.
+fn add_model_lights(object: &Object, times: [f64; 2], deltas: &mut Vec<DeltaLight>) {
+    let Form::Model(model) = &object.form else { return };
+    let moved = object.track.as_ref().map_or([Affine3A::IDENTITY; 2], |track| track.over(times));
+    for (light, node) in model.lights(times) {
+        let intensity = light.color * light.intensity;
+        for place in &object.places {
+            let pose = [0, 1].map(|end| moved[end] * *place * node[end]);
+            let position = pose.map(|pose| Vec3::from(pose.translation));
+            let towards = Vec3::from(pose[0].matrix3.z_axis).normalize_or(Vec3::Z);
+            deltas.push(match light.kind {
+                ModelLightKind::Point => DeltaLight::Point { position, intensity },
+                ModelLightKind::Directional => DeltaLight::Directional { towards, irradiance: intensity },
+                ModelLightKind::Spot { inner, outer } => DeltaLight::Spot {
+                    position,
+                    axis: -towards,
+                    intensity,
+                    cos_inner: inner.cos(),
+                    cos_outer: outer.cos(),
+                },
+            });
         }
     }
 }

@@ -7,7 +7,7 @@ use halflight_material::Material;
 use halflight_trace::Simd;
 
 use crate::SceneError;
-use crate::build::{Builder, CameraRig, LightRig, Object, studio};
+use crate::build::{Builder, CameraRig, Form, LightRig, Object, studio};
 use crate::framing::Outline;
 use crate::schema::{Kind, Origin, Problem, Source, Table, Value};
 use crate::spec::{self, ImageSpec, SceneSpec};
@@ -129,7 +129,9 @@ impl Scene {
         let environment = match &spec.environment {
             Some(environment) => build::environment(environment, &mut builder),
             None => {
+                let lights = |o: &Object| matches!(&o.form, Form::Model(m) if !m.model().lights.is_empty());
                 let lit = !deltas.is_empty()
+                    || objects.iter().any(lights)
                     || objects
                         .iter()
                         .flat_map(|o| o.materials.iter())

@@ -79,6 +79,7 @@ impl Builder {
                 emission: Some(emission),
                 two_sided,
                 normal_map: None,
+                opacity: None,
             };
             let materials: Arc<[u32]> = Arc::from([self.add_material(material)]);
             objects.push(Object { name, form, materials, places: vec![place], track: None, ground: true });

@@ -7,8 +7,8 @@ use glam::Vec3;
 use halflight_file::LoadError;
 use halflight_image::ColorSpace;
 use halflight_material::{
-    ColorInput, ConductorColor, Lookup, Material, MaterialKind, MeasuredBrdf, NormalMap, ScalarInput,
-    Texture, UvTransform, Wrap,
+    ColorInput, ConductorColor, Lookup, Material, MaterialKind, MeasuredBrdf, NormalMap, Opacity,
+    ScalarInput, Texture, UvTransform, Wrap,
 };
 
 use super::{Builder, Displacement, MaterialEntry};
@@ -99,7 +99,7 @@ impl Builder {
                 None => MaterialKind::Black,
             },
             MaterialKindSpec::Mirror(s) => MaterialKind::Conductor {
-                color: ConductorColor::Normal(self.color(&s.color)),
+                color: ConductorColor::Constant(self.color(&s.color)),
                 roughness: 0.0.into(),
                 anisotropy: 0.0,
             },
@@ -115,7 +115,12 @@ impl Builder {
             texture.transform.scale = map.0.repeat;
             Some(NormalMap { texture: Arc::new(texture), scale: map.0.scale })
         });
-        Material { name: name.into(), kind, emission, two_sided, normal_map }
+        let opacity = spec
+            .common
+            .opacity
+            .as_ref()
+            .map(|amount| Opacity { amount: self.scalar(amount, 3), cutoff: spec.common.opacity_cutoff });
+        Material { name: name.into(), kind, emission, two_sided, normal_map, opacity }
     }
 
     fn metal(&mut self, spec: &spec::ConductorSpec) -> ConductorColor {
@@ -184,7 +189,7 @@ impl Builder {
         };
         let rotation = (spec.rotation_degrees % 360.0).to_radians();
         let transform = UvTransform { offset: spec.offset, rotation, scale: spec.repeat };
-        Some(Texture { image, wrap_u: wrap, wrap_v: wrap, transform })
+        Some(Texture { image, wrap_u: wrap, wrap_v: wrap, transform, nearest: false })
     }
 
     /// A colour, or a texture of colours.

@@ -3,7 +3,7 @@
 use std::sync::{Arc, OnceLock};
 
 use glam::{Affine3A, Vec3};
-use halflight_shape::{Model, PosedMesh, TriangleMesh};
+use halflight_shape::{Model, ModelLight, PosedMesh, TriangleMesh};
 use halflight_trace::{Geometry, MeshTracer};
 
 use super::Displacement;
@@ -179,6 +179,15 @@ impl ModelShape {
     /// For each node of the model the transform from its rest pose to where it is when the shutter opens.
     pub(crate) fn joints(&self, times: [f64; 2]) -> Vec<Affine3A> {
         self.model.rest_to_pose(self.clock(times)[0])
+    }
+
+    /// The lights of the file, with the transforms of their nodes when the shutter opens and when it closes.
+    pub(crate) fn lights(&self, times: [f64; 2]) -> Vec<(&ModelLight, [Affine3A; 2])> {
+        if self.model.lights.is_empty() {
+            return Vec::new();
+        }
+        let [open, close] = self.clock(times).map(|time| self.model.transforms(time));
+        self.model.lights.iter().map(|light| (light, [open[light.node], close[light.node]])).collect()
     }
 
     /// The meshes at the opening of the shutter, as they are shown.

@@ -7,7 +7,7 @@ use glam::{Affine2, Vec3};
 use halflight_file::LoadError;
 use halflight_image::{ColorSpace, TextureImage};
 use halflight_material::{
-    ColorInput, Material, MaterialKind, NormalMap, ScalarInput, Texture, UvTransform, Wrap,
+    ColorInput, Material, MaterialKind, NormalMap, Opacity, ScalarInput, Texture, UvTransform, Wrap,
 };
 use halflight_shape::{AlphaMode, Model, ModelImage, ModelMaterial, ModelTexture};
 
@@ -46,6 +46,8 @@ impl Builder {
             None => ColorInput::Constant(factor),
         };
         let base = texture(self, &material.base_color_texture, ColorSpace::Srgb);
+        let mask = texture(self, &material.opacity_texture, ColorSpace::Linear);
+        let opacity = opacity(material, base.as_ref(), mask);
         let base_color = color(base, material.base_color.truncate().clamp(Vec3::ZERO, Vec3::ONE));
         let emissive = texture(self, &material.emissive_texture, ColorSpace::Srgb);
         let mut emission = (material.emissive.max_element() > 0.0)
@@ -55,16 +57,6 @@ impl Builder {
             Some(texture) => ScalarInput::Textured { texture: Arc::clone(texture), channel, factor },
             None => ScalarInput::Constant(factor),
         };
-        let opacity = material.base_color.w.clamp(0.0, 1.0);
-        let transmission = match material.alpha_mode {
-            // There is no half-transparent coat: what the surface lets through goes straight on, as through a thin wall.
-            AlphaMode::Blend => material.transmission.max(1.0 - opacity),
-            _ => material.transmission,
-        };
-        if matches!(material.alpha_mode, AlphaMode::Mask { .. }) {
-            let name = if material.name.is_empty() { "a material" } else { &material.name };
-            self.warnings.push(format!("{}: the cut-outs of {name} are shown as solid", file.path.display()));
-        }
         let kind = if material.unlit {
             emission = Some(base_color);
             MaterialKind::Black
@@ -73,7 +65,7 @@ impl Builder {
                 base_color,
                 metallic: scalar(2, material.metallic.clamp(0.0, 1.0)),
                 roughness: scalar(1, material.roughness.clamp(0.0, 1.0)),
-                transmission: transmission.clamp(0.0, 1.0).into(),
+                transmission: material.transmission.clamp(0.0, 1.0).into(),
                 ior: material.ior.clamp(1.0, 10.0),
             }
         };
@@ -88,7 +80,7 @@ impl Builder {
                 is_normal_map.then_some(NormalMap { texture, scale: 1.0 })
             });
         // Faces that are not two-sided are culled by viewers; here their backs would be black, which helps no one.
-        Material { name: material.name.clone(), kind, emission, two_sided: true, normal_map }
+        Material { name: material.name.clone(), kind, emission, two_sided: true, normal_map, opacity }
     }
 
     fn model_texture(
@@ -122,8 +114,30 @@ impl Builder {
         }
         let image = pictures.0.get(&key)?.clone()?;
         let (wrap_u, wrap_v) = (wrap(from.wrap_u), wrap(from.wrap_v));
-        Some(Texture { image, wrap_u, wrap_v, transform: uv_transform(&from.uv_transform) })
+        let transform = uv_transform(&from.uv_transform);
+        Some(Texture { image, wrap_u, wrap_v, transform, nearest: from.nearest })
     }
+}
+
+/// How much of the surface is there, where the material says that it matters: by the alpha of its colour, or by the red
+/// of a picture of its own.
+fn opacity(
+    material: &ModelMaterial,
+    base: Option<&Arc<Texture>>,
+    mask: Option<Arc<Texture>>,
+) -> Option<Opacity> {
+    let cutoff = match material.alpha_mode {
+        AlphaMode::Opaque => return None,
+        AlphaMode::Mask { cutoff } => Some(cutoff),
+        AlphaMode::Blend => None,
+    };
+    let factor = material.base_color.w.clamp(0.0, 1.0);
+    let amount = match (mask, base) {
+        (Some(texture), _) => ScalarInput::Textured { texture, channel: 0, factor },
+        (None, Some(texture)) => ScalarInput::Textured { texture: Arc::clone(texture), channel: 3, factor },
+        (None, None) => ScalarInput::Constant(factor),
+    };
+    Some(Opacity { amount, cutoff })
 }
 
 fn wrap(from: halflight_shape::Wrap) -> Wrap {

@@ -90,7 +90,9 @@ impl Builder {
                 None
             }
         };
-        let (form, materials, local, ground) = self.form(&name, shape, material)?;
+        let form = self.form(&name, shape, material.clone())?;
+        let (form, materials, local, ground) = form;
+        self.notices(&name, &form, &materials, material.as_ref());
         let places: Vec<Affine3A> = places.into_iter().map(|place| place * local).collect();
         if places.iter().any(|place| !place.is_finite()) {
             self.reader.report(Problem::new(
@@ -100,6 +102,24 @@ impl Builder {
             return None;
         }
         Some(Object { name, form, materials, places, track, ground })
+    }
+
+    /// Says what a shape cannot do.
+    fn notices(&mut self, name: &str, form: &Form, materials: &[u32], material: Option<&MaterialEntry>) {
+        let displaced = material.is_some_and(|entry| entry.displacement.is_some());
+        if displaced && matches!(form, Form::Spheres(..) | Form::Heights(..)) {
+            self.warnings.push(format!(
+                "{name}: the displacement is left out: `spheres` and height fields have no vertices to move; \
+                 use a `sphere`, or a mesh"
+            ));
+        }
+        let shines = materials.iter().any(|&index| self.materials[index as usize].is_emissive());
+        if shines && matches!(form, Form::Heights(..)) {
+            self.warnings.push(format!(
+                "{name}: the light of a shining height field is found by chance alone, which is noisy; a mesh is \
+                 sampled as a light"
+            ));
+        }
     }
 
     fn transform(&mut self, spec: Option<&TransformSpec>) -> Affine3A {
@@ -126,6 +146,11 @@ impl Builder {
         };
         let scaled = |x: f32, y: f32| Affine3A::from_scale(Vec3::new(x, y, 1.0));
         let still = Affine3A::IDENTITY;
+        if let Some((mesh, ground)) =
+            material.as_ref().filter(|entry| entry.displacement.is_some()).and_then(|_| as_mesh(&shape.kind))
+        {
+            return Some((self.mesh_form(name, mesh, None, &material), one(self), still, ground));
+        }
         Some(match &shape.kind {
             ShapeKind::Mesh(spec) => {
                 let (form, materials) = self.model_shape(name, spec, material)?;
@@ -227,7 +252,7 @@ impl Builder {
         let slots = model.materials.len().max(1);
         let materials: Arc<[u32]> = match &material {
             Some(entry) => vec![entry.index; slots].into(),
-            None if model.materials.is_empty() => Arc::from([self.default_material()]),
+            None if model.materials.iter().all(|m| m.stand_in) => vec![self.default_material(); slots].into(),
             None => self.model_materials(model, file).into(),
         };
         let finish = self.finish(shading, material.as_ref(), &materials);
@@ -278,6 +303,27 @@ impl Builder {
         }
         Some(mesh)
     }
+}
+
+/// A shape that is exact otherwise as a mesh whose vertices can be moved, and whether it is mere ground.
+fn as_mesh(kind: &ShapeKind) -> Option<(TriangleMesh, bool)> {
+    // From a ground that faces +y to a wall that faces +z.
+    let upright = Affine3A::from_quat(Quat::from_rotation_x(std::f32::consts::FRAC_PI_2));
+    Some(match kind {
+        ShapeKind::Rectangle(spec) => (generate::plane(spec.size, 1, 1).transformed(upright), false),
+        ShapeKind::Disk(spec) => (generate::disk(spec.radius, 128).transformed(upright), false),
+        ShapeKind::Plane(spec) => {
+            let ground = generate::plane(Vec2::splat(2.0 * spec.half_extent), 1, 1);
+            (ground.transformed(Affine3A::from_translation(Vec3::Y * spec.y)), true)
+        }
+        ShapeKind::Sphere(spec) => {
+            let mut ball = generate::uv_sphere(spec.radius, 256, 128);
+            // The middle of the picture stands towards +z, as on the exact sphere.
+            ball.uvs.iter_mut().for_each(|uv| uv.x -= 0.25);
+            (ball.transformed(Affine3A::from_translation(spec.center)), false)
+        }
+        _ => return None,
+    })
 }
 
 fn generated(spec: &GeneratedSpec) -> TriangleMesh {

@@ -30,6 +30,20 @@ pub enum DeltaLight {
         /// Radiant intensity.
         intensity: Vec3,
     },
+    /// Shines from a point into a cone, fading from the inner to the outer angle as glTF has it: by the square of the
+    /// share of the way between their cosines.
+    Spot {
+        /// Where it stands when the shutter opens and when it closes.
+        position: [Vec3; 2],
+        /// Unit direction of the cone's axis, away from the light.
+        axis: Vec3,
+        /// Radiant intensity within the inner angle.
+        intensity: Vec3,
+        /// Cosine of half the angle within which it has full intensity.
+        cos_inner: f32,
+        /// Cosine of half the angle beyond which it has none.
+        cos_outer: f32,
+    },
     /// Shines from infinitely far away.
     Directional {
         /// Unit direction towards the light.
@@ -94,7 +108,9 @@ impl Lights {
             .iter()
             .map(|e| e.strength() * per_square)
             .chain(deltas.iter().map(|d| match d {
-                DeltaLight::Point { intensity, .. } => luminance(*intensity) * per_square,
+                DeltaLight::Point { intensity, .. } | DeltaLight::Spot { intensity, .. } => {
+                    luminance(*intensity) * per_square
+                }
                 DeltaLight::Directional { irradiance, .. } => luminance(*irradiance),
             }))
             .collect();
@@ -117,10 +133,10 @@ impl Lights {
         }
         lookup.iter_mut().for_each(|entries| entries.sort_unstable());
         let nearby = if strengths.len() <= NEARBY_LIMIT
-            && deltas.iter().all(|d| matches!(d, DeltaLight::Point { .. }))
+            && !deltas.iter().any(|d| matches!(d, DeltaLight::Directional { .. }))
         {
             let points = deltas.iter().map(|d| match d {
-                DeltaLight::Point { position, .. } => position[0],
+                DeltaLight::Point { position, .. } | DeltaLight::Spot { position, .. } => position[0],
                 DeltaLight::Directional { .. } => Vec3::ZERO,
             });
             let centers = emitters.iter().map(Emitter::center).chain(points);
@@ -201,15 +217,13 @@ impl Lights {
             return Some(LightSample { direction, arrival, pdf, delta: false });
         }
         match self.deltas[index - self.emitters.len()] {
-            DeltaLight::Point { position: [open, close], intensity } => {
-                let point = open.lerp(close, time);
-                let to = point - from;
-                let radiance = intensity / to.length_squared();
-                radiance.is_finite().then(|| LightSample {
-                    direction: to.normalize(),
-                    arrival: Arrival::From { point: Some(point), radiance },
-                    pdf: chosen,
-                    delta: true,
+            DeltaLight::Point { position, intensity } => {
+                from_point(position, from, time, chosen, |_| intensity)
+            }
+            DeltaLight::Spot { position, axis, intensity, cos_inner, cos_outer } => {
+                from_point(position, from, time, chosen, |direction| {
+                    let share = (-direction.dot(axis) - cos_outer) / (cos_inner - cos_outer).max(1e-3);
+                    intensity * share.clamp(0.0, 1.0).powi(2)
                 })
             }
             DeltaLight::Directional { towards, irradiance } => Some(LightSample {
@@ -253,6 +267,22 @@ impl Lights {
         }
         self.local_choice.as_ref().map_or(0.0, |choice| choice.probability(index))
     }
+}
+
+/// Light of a point whose intensity depends on the direction towards it.
+fn from_point(
+    [open, close]: [Vec3; 2],
+    from: Vec3,
+    time: f32,
+    pdf: f32,
+    intensity: impl Fn(Vec3) -> Vec3,
+) -> Option<LightSample> {
+    let point = open.lerp(close, time);
+    let to = point - from;
+    let direction = to.try_normalize()?;
+    let radiance = intensity(direction) / to.length_squared();
+    let arrival = Arrival::From { point: Some(point), radiance };
+    radiance.is_finite().then_some(LightSample { direction, arrival, pdf, delta: true })
 }
 
 /// How much a light of some strength may matter at a point.

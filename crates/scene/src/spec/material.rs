@@ -242,7 +242,16 @@ record! {
         /// Small bumps, as a picture of normals.
         #[example = "\"bricks_normal.png\""]
         normal_map: Option<NormalMapSpec>,
-        /// Large bumps, which move the vertices of meshes with this material.
+        /// How much of it is there, from 0 to 1; light goes straight through the rest. Of a texture the alpha channel
+        /// counts unless it says otherwise. Lights without extent throw solid shadows of it all the same: the others
+        /// are found through it by chance, as through a window, and each passage is one scattering of the
+        /// technique's depth. Layers show it as if it were solid.
+        #[example = "\"leaf.png\""]
+        opacity: Option<ScalarSetting> => fraction(),
+        /// Instead of letting a part through: there, wholly, where the opacity is at least this, else not at all.
+        #[example = "0.5"]
+        opacity_cutoff: Option<f32> => fraction(),
+        /// Large bumps, which move the vertices of shapes with this material; spheres and height fields have none.
         #[example = "{ file = \"rocks.png\", scale = 0.05 }"]
         displacement: Option<DisplacementSpec>,
     }
@@ -428,7 +437,14 @@ pub type MaterialSpec = Tagged<MaterialCommon, MaterialKindSpec>;
 
 /// A material of the given kind with its other keys absent.
 pub(crate) fn plain(kind: MaterialKindSpec, value: &Value) -> MaterialSpec {
-    let common = MaterialCommon { emission: None, two_sided: None, normal_map: None, displacement: None };
+    let common = MaterialCommon {
+        emission: None,
+        two_sided: None,
+        normal_map: None,
+        opacity: None,
+        opacity_cutoff: None,
+        displacement: None,
+    };
     Tagged { origin: value.origin.clone(), common, kind }
 }
 

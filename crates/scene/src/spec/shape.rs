@@ -59,7 +59,8 @@ record! {
         /// A name, for messages and for `--set shape.NAME.key=value`.
         #[example = "\"bunny\""]
         name: Option<At<String>>,
-        /// What it is made of. Without it: what the file says, else a light grey diffuse material.
+        /// What it is made of. Without it: what the file says, else a light grey diffuse material. A shining height
+        /// field is found by chance alone, which is noisy.
         #[example = "\"clay\""]
         material: Option<MaterialReference>,
         /// From its own space to the world.
@@ -80,7 +81,8 @@ record! {
 record! {
     /// A mesh from a file.
     pub struct MeshSpec, "mesh" {
-        /// `.ply`, `.obj`, `.gltf` or `.glb`; glTF brings its own hierarchy, materials and animation.
+        /// `.ply`, `.obj`, `.gltf` or `.glb`; glTF brings its own hierarchy, materials,
+        /// animation and lights (candela counts as radiance × m², lux as irradiance, both divided by nothing).
         #[example = "\"bunny.ply\""]
         file: FilePath,
         /// Which normals shade it. Without it: those of the file, or flat if it has none.

@@ -42,6 +42,10 @@ pub struct ModelMaterial {
     pub unlit: bool,
     /// What the opacity means.
     pub alpha_mode: AlphaMode,
+    /// A linear picture whose red is the opacity, where it is not the alpha of the base colour's (OBJ's `map_d`).
+    pub opacity_texture: Option<ModelTexture>,
+    /// The file says nothing of this material: these values only stand in for it.
+    pub stand_in: bool,
 }
 
 impl Default for ModelMaterial {
@@ -65,6 +69,8 @@ impl Default for ModelMaterial {
             double_sided: false,
             unlit: false,
             alpha_mode: AlphaMode::Opaque,
+            opacity_texture: None,
+            stand_in: false,
         }
     }
 }
@@ -78,6 +84,7 @@ impl ModelMaterial {
             &self.normal_texture,
             &self.bump_texture,
             &self.emissive_texture,
+            &self.opacity_texture,
         ]
         .into_iter()
         .flatten()
@@ -108,6 +115,8 @@ pub struct ModelTexture {
     pub wrap_u: Wrap,
     /// What happens beyond v = 0 and 1.
     pub wrap_v: Wrap,
+    /// Texels are squares of one colour instead of being mixed with their neighbours.
+    pub nearest: bool,
     /// Applied to the mesh's texture coordinates before the look-up (`KHR_texture_transform`).
     pub uv_transform: Affine2,
 }
@@ -115,7 +124,8 @@ pub struct ModelTexture {
 impl ModelTexture {
     /// A repeating texture without transform.
     pub fn new(image: usize) -> Self {
-        Self { image, wrap_u: Wrap::Repeat, wrap_v: Wrap::Repeat, uv_transform: Affine2::IDENTITY }
+        let repeat = Wrap::Repeat;
+        Self { image, wrap_u: repeat, wrap_v: repeat, nearest: false, uv_transform: Affine2::IDENTITY }
     }
 }
 

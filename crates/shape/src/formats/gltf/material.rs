@@ -48,7 +48,7 @@ impl Materials {
                 let material = file.get(&file.root.materials, index, "material", asker)?;
                 self.convert(material, index, file)?
             }
-            None => (ModelMaterial::default(), 0),
+            None => (ModelMaterial { stand_in: true, ..ModelMaterial::default() }, 0),
         };
         let used =
             Used { slot: self.list.len() as u32, uv_set, wants_tangents: material.normal_texture.is_some() };
@@ -159,13 +159,14 @@ impl Materials {
             let sampler = file.get(&file.root.samplers, sampler, "sampler", who)?;
             converted.wrap_u = wrap(sampler.wrap_s);
             converted.wrap_v = wrap(sampler.wrap_t);
+            converted.nearest = sampler.mag_filter == Some(9728);
         }
         let transform = info.extensions.transform.as_ref();
         sets.push(transform.and_then(|t| t.tex_coord).unwrap_or(info.tex_coord));
         if let Some(transform) = transform {
             let scale = Vec2::from(transform.scale.unwrap_or([1.0; 2]));
             let offset = Vec2::from(transform.offset.unwrap_or([0.0; 2]));
-            // Counter-clockwise as seen, with v downwards; the reference viewer has it so.
+            // The matrix of the extension's text, whose columns are (cos, −sin) and (sin, cos).
             let (sin, cos) = transform.rotation.sin_cos();
             let turn = Mat2::from_cols(Vec2::new(cos, -sin), Vec2::new(sin, cos));
             converted.uv_transform =

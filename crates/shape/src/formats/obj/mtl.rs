@@ -108,7 +108,7 @@ impl Library {
                 if !name.is_empty() && !self.materials.is_empty() {
                     unknown.push(shown(name));
                 }
-                ModelMaterial { name: name.clone(), ..Mtl::default().convert() }
+                ModelMaterial { name: name.clone(), stand_in: true, ..Mtl::default().convert() }
             }
         });
         let materials = materials.collect();
@@ -150,6 +150,7 @@ impl Library {
             image: self.image(name, companions, model)?,
             wrap_u: wrap,
             wrap_v: wrap,
+            nearest: false,
             uv_transform: Affine2::from_mat2_translation(Mat2::from_diagonal(scale), translation),
         };
         Ok(Map { texture, bump })
@@ -297,9 +298,13 @@ impl Mtl {
             alpha_mode: match () {
                 () if refracts => AlphaMode::Opaque,
                 () if same(&self.diffuse_map, &self.opacity_map) => AlphaMode::Mask { cutoff: 0.5 },
+                () if self.opacity_map.is_some() => AlphaMode::Mask { cutoff: 0.5 },
                 () if opacity < 1.0 => AlphaMode::Blend,
                 () => AlphaMode::Opaque,
             },
+            opacity_texture: (!refracts && !same(&self.diffuse_map, &self.opacity_map))
+                .then(|| texture(&self.opacity_map))
+                .flatten(),
             ..ModelMaterial::default()
         }
     }

@@ -1,0 +1,60 @@
+//! What is left of a surface's scattering at low angular frequencies: a diffuse part and one Phong lobe.
+//!
+//! Techniques that hold light in a few bands of spherical harmonics cannot see more of it. Diffuse and Phong surfaces are
+//! exact; a microfacet lobe of width α becomes the Phong lobe about the mirror direction of the same
+//! spread near its peak, n = (2/α² − 2)/4 (the quarter turns half-vector angles into angles of reflection); measured
+//! materials give their albedo straight on as a diffuse one.
+
+use glam::Vec3;
+
+use crate::bsdf::{Bsdf, Lobe};
+
+/// f cos θ ≈ (diffuse/π + specular · (n + 2)/2π · cosⁿ α) cos θ, α the angle from the mirror direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LowFrequency {
+    /// Albedo of the diffuse part.
+    pub diffuse: Vec3,
+    /// What the lobe reflects straight on.
+    pub specular: Vec3,
+    /// n, at most [`LowFrequency::MAX_EXPONENT`].
+    pub exponent: f32,
+    /// Whether this is the surface itself and not an approximation.
+    pub exact: bool,
+}
+
+impl LowFrequency {
+    /// Narrower lobes than this are all the same to eight bands.
+    pub const MAX_EXPONENT: f32 = 1024.0;
+
+    fn lobe(specular: Vec3, alpha: f32) -> Self {
+        let exponent = (0.5 / (alpha * alpha).max(1e-6) - 0.5).clamp(1.0, Self::MAX_EXPONENT);
+        Self { diffuse: Vec3::ZERO, specular, exponent, exact: false }
+    }
+}
+
+impl Bsdf<'_> {
+    /// The low frequencies of this surface.
+    pub fn low_frequency(&self) -> LowFrequency {
+        let diffuse =
+            |diffuse: Vec3, exact| LowFrequency { diffuse, specular: Vec3::ZERO, exponent: 1.0, exact };
+        match &self.lobe {
+            Lobe::Black => diffuse(Vec3::ZERO, true),
+            Lobe::Diffuse(surface) => diffuse(surface.albedo, true),
+            Lobe::Phong(phong) => LowFrequency {
+                diffuse: phong.diffuse,
+                specular: phong.specular,
+                exponent: phong.exponent.clamp(0.0, LowFrequency::MAX_EXPONENT),
+                exact: phong.exponent <= LowFrequency::MAX_EXPONENT,
+            },
+            Lobe::Mirror(_) => LowFrequency::lobe(self.albedo(), 0.0),
+            Lobe::Conductor(metal) => LowFrequency::lobe(self.albedo(), metal.facets.mean_alpha()),
+            Lobe::MetallicRoughness(model) => {
+                let (diffuse, specular, facets) = model.parts();
+                LowFrequency { diffuse, ..LowFrequency::lobe(specular, facets.mean_alpha()) }
+            }
+            // What goes through comes from places that these techniques do not look at.
+            Lobe::Dielectric(_) => LowFrequency::lobe(Vec3::splat(0.04), 0.0),
+            Lobe::Measured(_) => diffuse(self.albedo(), false),
+        }
+    }
+}

@@ -1,0 +1,115 @@
+//! The light of a frame in spherical harmonics: the environment, projected once and turned in every frame.
+//!
+//! All techniques that use harmonics share one frame: the polar axis is the world's up, (x, y, z) of the harmonics are
+//! (z, x, y) of the world, so that turning an environment is a turn about the polar axis.
+
+use std::sync::{Arc, Mutex};
+
+use glam::{Mat3, Vec3};
+use halflight_scene::lights::{EnvironmentMap, Lights};
+use halflight_sh::Sh;
+use halflight_sh::project::{kept_energy, lat_long_direction, lat_long_solid_angle};
+use rayon::prelude::*;
+
+/// A direction of the world in the frame of the harmonics, whose polar axis is the world's up.
+#[inline]
+pub(crate) fn axes(direction: Vec3) -> [f32; 3] {
+    [direction.z, direction.x, direction.y]
+}
+
+/// Red, green and blue.
+pub(crate) type Colors<const ORDER: usize> = [Sh<ORDER>; 3];
+
+/// The light of one frame.
+pub(crate) struct FrameLight<const ORDER: usize> {
+    pub(crate) radiance: Colors<ORDER>,
+    /// The part of the map's energy that the order keeps.
+    pub(crate) kept: f64,
+}
+
+/// A projected map.
+struct Known<const ORDER: usize> {
+    map: Arc<EnvironmentMap>,
+    colors: Colors<ORDER>,
+    kept: f64,
+}
+
+/// The projection of the last map that was asked for.
+#[derive(Default)]
+pub(crate) struct LightCache<const ORDER: usize>(Mutex<Option<Known<ORDER>>>);
+
+impl<const ORDER: usize> LightCache<ORDER> {
+    /// The environment of these lights; `None` if there is none.
+    pub(crate) fn light(&self, lights: &Lights) -> Option<FrameLight<ORDER>> {
+        let environment = lights.environment()?;
+        let mut known = self.0.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let known = match &mut *known {
+            Some(known) if Arc::ptr_eq(&known.map, &environment.map) => known,
+            slot => slot.insert(project(&environment.map)),
+        };
+        // A turn about the world's up is one about the polar axis.
+        let turn = Mat3::from_rotation_z(environment.rotation);
+        let intensity = environment.intensity.to_array();
+        let colors = std::array::from_fn(|c| known.colors[c].rotated(&turn) * intensity[c]);
+        Some(FrameLight { radiance: colors, kept: known.kept })
+    }
+}
+
+fn project<const ORDER: usize>(map: &Arc<EnvironmentMap>) -> Known<ORDER> {
+    let (width, height) = map.size();
+    let rows: Vec<[Sh<ORDER, f64>; 3]> = (0..height)
+        .into_par_iter()
+        .map(|row| {
+            let mut sums = [Sh::<ORDER, f64>::zero(); 3];
+            let solid_angle = lat_long_solid_angle(width, height, row);
+            for column in 0..width {
+                let d = lat_long_direction(width, height, column, row);
+                let basis = Sh::<ORDER, f64>::basis([d.z, d.x, d.y]) * solid_angle;
+                for (sum, value) in sums.iter_mut().zip(map.texel(column, row).to_array()) {
+                    *sum += basis * f64::from(value);
+                }
+            }
+            sums
+        })
+        .collect();
+    let mut sums = [Sh::<ORDER, f64>::zero(); 3];
+    for row in rows {
+        sums.iter_mut().zip(row).for_each(|(sum, row)| *sum += row);
+    }
+    let colors = sums.map(|sum| sum.cast());
+    // The texels of a map are finite, so the share exists.
+    let kept = kept_energy(width, height, |column, row| map.texel(column, row), &colors).unwrap_or(0.0);
+    Known { map: Arc::clone(map), colors, kept }
+}
+
+#[cfg(test)]
+mod tests {
+    use halflight_image::RgbImage;
+    use halflight_scene::lights::Environment;
+
+    use super::*;
+
+    #[test]
+    fn a_turned_environment_is_looked_up_where_its_projection_says() {
+        // A light of the first two bands only, so that nothing is lost.
+        let image = RgbImage::from_fn(128, 64, |x, y| {
+            let d = lat_long_direction(128, 64, x, y).as_vec3();
+            [1.0 + 0.5 * d.x, 1.0 + 0.4 * d.y, 1.0 - 0.6 * d.z]
+        });
+        let environment = Environment {
+            map: Arc::new(EnvironmentMap::new(image)),
+            rotation: 0.8,
+            intensity: Vec3::new(1.0, 2.0, 3.0),
+        };
+        let lights = Lights::new(Some(environment.clone()), Vec::new(), Vec::new(), 1.0);
+        let light = LightCache::<4>::default().light(&lights).unwrap();
+        for direction in [Vec3::X, Vec3::NEG_Z, Vec3::new(0.3, -0.5, 0.8).normalize()] {
+            let expected = environment.radiance(direction).to_array();
+            for (sh, expected) in light.radiance.iter().zip(expected) {
+                let found = sh.at(axes(direction));
+                assert!((found - expected).abs() < 0.01 * expected, "{direction}: {found} {expected}");
+            }
+        }
+        assert!(light.kept > 0.999);
+    }
+}

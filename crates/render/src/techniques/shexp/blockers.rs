@@ -1,0 +1,201 @@
+//! The spheres that block light: those that are in the scene, and those that stand for its meshes.
+
+use glam::{Affine3A, Vec3};
+use halflight_scene::{Frame, Scene};
+use halflight_sh::attenuation::Cap;
+use halflight_sh::batch::SphereBlocker;
+use halflight_shape::{SphereFitOptions, SphereSet};
+use halflight_trace::{Geometry, Hit};
+use rayon::prelude::*;
+
+use crate::sh_light::axes;
+use crate::technique::Progress;
+
+/// Meshes thinner than this part of their extent are taken for flat: they receive shadows and throw none.
+const FLAT: f32 = 1e-3;
+
+/// What stands for an object of the scene.
+struct Body {
+    object: usize,
+    set: SphereSet,
+    multiplicities: Vec<f32>,
+}
+
+/// What outlives a frame: the fitted sets, and how much the spheres of each object overlap.
+#[derive(Default)]
+pub(super) struct Bodies {
+    bodies: Vec<Body>,
+    /// Of the objects that are spheres already: object and multiplicities.
+    spheres: Vec<(usize, Vec<f32>)>,
+    /// Names of objects that throw no shadow, and why.
+    pub(super) without: Vec<String>,
+}
+
+/// The blockers of one frame.
+pub(super) struct Blockers {
+    pub(super) spheres: Vec<SphereBlocker>,
+    pub(super) multiplicities: Vec<f32>,
+    /// Spheres of objects that are scattered spheres, whose overlap is in part by chance: weighed at each point.
+    /// The others fill one body and weigh 1/m_b wherever they are seen from.
+    pub(super) scattered: Vec<std::ops::Range<usize>>,
+    /// For each instance of the world the owner of its first primitive, and whether primitives are counted on.
+    owners: Vec<(f32, bool)>,
+}
+
+impl Bodies {
+    /// Fits a set of `count` spheres to each mesh of a scene.
+    pub(super) fn fit(scene: &Scene, count: usize, progress: &dyn Progress) -> Self {
+        let mut bodies = Self::default();
+        let total = scene.object_count() as u64;
+        for object in 0..scene.object_count() {
+            progress.report("spheres fitted to meshes", object as u64, total);
+            let Some(surface) = scene.rest_surface(object) else { continue };
+            let name = scene.object_name(object);
+            if count == 0 {
+                continue;
+            }
+            let (low, high) = bounds(&surface.mesh.positions);
+            let extent = high - low;
+            if extent.min_element() <= FLAT * extent.max_element() {
+                bodies.without.push(format!("{name} is flat and throws no shadow"));
+                continue;
+            }
+            let options = SphereFitOptions { spheres: count, ..SphereFitOptions::default() };
+            match SphereSet::fit_surface(&surface, &options) {
+                Ok((set, _)) => {
+                    let multiplicities = multiplicities(&set.spheres().collect::<Vec<_>>());
+                    bodies.bodies.push(Body { object, set, multiplicities });
+                }
+                Err(error) => bodies.without.push(format!("{name} throws no shadow: {error}")),
+            }
+        }
+        bodies
+    }
+
+    /// Learns how the spheres of a frame overlap, which is the same in all frames.
+    pub(super) fn look_at(&mut self, frame: &Frame) {
+        for posed in &frame.objects {
+            if let Some(Geometry::Spheres(tracer)) = frame
+                .world
+                .instances()
+                .get(posed.instances.start as usize)
+                .map(|instance| instance.geometry.as_ref())
+            {
+                let spheres: Vec<(Vec3, f32)> =
+                    tracer.spheres().iter().map(|s| (s.center, s.radius)).collect();
+                self.spheres.push((posed.object, multiplicities(&spheres)));
+            }
+        }
+    }
+
+    /// All blockers where they are in a frame.
+    pub(super) fn pose(&self, frame: &Frame, attenuation: bool) -> Blockers {
+        let mut blockers = Blockers {
+            spheres: Vec::new(),
+            multiplicities: Vec::new(),
+            scattered: Vec::new(),
+            owners: vec![(-1.0, false); frame.world.instances().len()],
+        };
+        let mut owner = 0.0;
+        for posed in &frame.objects {
+            if let Some(body) = self.bodies.iter().find(|body| body.object == posed.object) {
+                let set = body.set.posed(&posed.joints);
+                for place in &posed.places {
+                    for ((center, radius), multiplicity) in set.spheres().zip(&body.multiplicities) {
+                        blockers.add(
+                            place,
+                            (center, radius),
+                            owner,
+                            if attenuation { 1.0 / multiplicity } else { 1.0 },
+                        );
+                    }
+                    blockers.multiplicities.extend(&body.multiplicities);
+                }
+                // Copies share an owner: a point inside a sphere of another copy is as good as inside its own.
+                for instance in posed.instances.clone() {
+                    blockers.owners[instance as usize] = (owner, false);
+                }
+                owner += 1.0;
+            } else if let Some((_, multiplicities)) =
+                self.spheres.iter().find(|(object, _)| *object == posed.object)
+            {
+                for instance in posed.instances.clone() {
+                    let shown = &frame.world.instances()[instance as usize];
+                    let Geometry::Spheres(tracer) = shown.geometry.as_ref() else { continue };
+                    blockers.owners[instance as usize] = (owner, true);
+                    let first = blockers.spheres.len();
+                    for sphere in tracer.spheres() {
+                        blockers.add(&shown.transform.open, (sphere.center, sphere.radius), owner, 1.0);
+                        owner += 1.0;
+                    }
+                    blockers.scattered.push(first..blockers.spheres.len());
+                    blockers.multiplicities.extend(multiplicities);
+                }
+            }
+        }
+        blockers
+    }
+}
+
+impl Blockers {
+    fn add(&mut self, place: &Affine3A, (center, radius): (Vec3, f32), owner: f32, weight: f32) {
+        let scale = place.matrix3.determinant().abs().cbrt();
+        self.spheres.push(SphereBlocker {
+            center: axes(place.transform_point3(center)),
+            radius: radius * scale,
+            weight,
+            owner,
+        });
+    }
+
+    /// The body that a hit belongs to; negative for none.
+    #[inline]
+    pub(super) fn owner(&self, hit: &Hit) -> f32 {
+        let (owner, by_primitive) = self.owners[hit.instance as usize];
+        if by_primitive { owner + hit.primitive as f32 } else { owner }
+    }
+}
+
+fn bounds(positions: &[Vec3]) -> (Vec3, Vec3) {
+    positions.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), &p| (low.min(p), high.max(p)))
+}
+
+/// m_b of each sphere: the mean over six directions and three distances around them all, which the seen one is near.
+fn multiplicities(spheres: &[(Vec3, f32)]) -> Vec<f32> {
+    /// Distances from the middle, in bounding radii.
+    const DISTANCES: [f32; 3] = [1.2, 2.0, 4.0];
+    if spheres.is_empty() {
+        return Vec::new();
+    }
+    let low = spheres.iter().map(|(c, r)| *c - *r).fold(Vec3::INFINITY, Vec3::min);
+    let high = spheres.iter().map(|(c, r)| *c + *r).fold(Vec3::NEG_INFINITY, Vec3::max);
+    let (middle, radius) = (0.5 * (low + high), 0.5 * (high - low).length());
+    let views: Vec<Vec<Cap>> = [Vec3::X, Vec3::Y, Vec3::Z, Vec3::NEG_X, Vec3::NEG_Y, Vec3::NEG_Z]
+        .iter()
+        .flat_map(|&axis| DISTANCES.map(|d| middle + axis * (d * radius)))
+        .map(|from| {
+            // A cap without a direction cannot be: the points are outside of all spheres.
+            let cap = |(center, r): &(Vec3, f32)| {
+                Cap::of_sphere(*center - from, *r).unwrap_or(Cap { direction: Vec3::X, half_angle: 0.0 })
+            };
+            spheres.iter().map(cap).collect()
+        })
+        .collect();
+    (0..spheres.len())
+        .into_par_iter()
+        .map(|b| {
+            let seen = views.iter().map(|caps| {
+                let cap = caps[b];
+                let shared: f32 =
+                    caps.iter().filter(|other| touches(&cap, other)).map(|o| cap.overlap(o)).sum();
+                (shared / cap.solid_angle().max(f32::MIN_POSITIVE)).max(1.0)
+            });
+            seen.sum::<f32>() / views.len() as f32
+        })
+        .collect()
+}
+
+/// Whether two caps may overlap at all; cheaper than how much.
+fn touches(a: &Cap, b: &Cap) -> bool {
+    a.direction.distance_squared(b.direction) < (a.half_angle + b.half_angle).powi(2)
+}

@@ -1,0 +1,206 @@
+//! `shexp`: spherical-harmonic exponentiation, soft shadows among things that deform every frame.
+//!
+//! Meshes block light as sphere sets, height fields through a pyramid of heights; nothing else is prepared from them, so
+//! both may change in every frame. Direct light of the environment only, in a few bands of spherical harmonics:
+//! shadows of small suns come out soft. Cost: a few nanoseconds for each blocker at each point that is worked out; the
+//! points between are interpolated where the result is smooth.
+//!
+//! | file | what it does |
+//! |---|---|
+//! | `blockers` | the spheres of a frame |
+//! | `field` | what height fields hide |
+//! | `solve` | light with visibility at points |
+//! | `shade` | from there to radiance, and between points |
+//!
+//! Sources: Ren et al. 2006 and seed \[004\]; height fields: seed \[000\], Snyder & Nowrouzezahrai 2008.
+
+mod blockers;
+mod field;
+mod settings;
+mod shade;
+mod solve;
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use glam::Vec2;
+use halflight_scene::{Frame, Scene};
+use halflight_sh::{BlockerTable, Simd};
+use halflight_trace::Geometry;
+
+pub use settings::ShexpSettings;
+
+use crate::film::Film;
+use crate::gbuffer::GBuffer;
+use crate::sampler::Sampler;
+use crate::sh_light::{FrameLight, LightCache};
+use crate::technique::{Budget, Deadline, Progress, RenderReport, Technique, TechniqueError};
+use blockers::Bodies;
+use field::{FieldVisibility, WedgeTable};
+use solve::{Solver, Tables};
+
+/// The name of the technique.
+const NAME: &str = "shexp";
+/// Looks through each pixel when nothing limits the work: enough for smooth edges.
+const DEFAULT_SAMPLES: u32 = 4;
+/// Lights of which less is kept are called sharp.
+const SHARP_LIGHT: f64 = 0.9;
+/// More change nothing that shows.
+const MAX_SAMPLES: u32 = 64;
+
+/// The technique `shexp`.
+pub struct Shexp {
+    settings: ShexpSettings,
+    bodies: Bodies,
+    state: State,
+}
+
+/// What depends on the order.
+enum State {
+    Order3(Prepared<3>),
+    Order4(Prepared<4>),
+    Order5(Prepared<5>),
+    Order6(Prepared<6>),
+}
+
+struct Prepared<const ORDER: usize> {
+    tables: Mutex<Option<Arc<Tables<ORDER>>>>,
+    light: LightCache<ORDER>,
+}
+
+impl<const ORDER: usize> Default for Prepared<ORDER> {
+    fn default() -> Self {
+        Self { tables: Mutex::new(None), light: LightCache::default() }
+    }
+}
+
+impl Shexp {
+    /// With settings other than the default.
+    pub fn new(settings: ShexpSettings) -> Self {
+        let state = match settings.order {
+            ..=3 => State::Order3(Prepared::default()),
+            4 => State::Order4(Prepared::default()),
+            5 => State::Order5(Prepared::default()),
+            _ => State::Order6(Prepared::default()),
+        };
+        Self { settings, bodies: Bodies::default(), state }
+    }
+}
+
+impl Technique for Shexp {
+    fn prepare(&mut self, scene: &Scene, progress: &dyn Progress) -> Result<(), TechniqueError> {
+        self.bodies = Bodies::fit(scene, self.settings.spheres as usize, progress);
+        let frame =
+            scene.at(0.0).map_err(|error| TechniqueError { technique: NAME, reason: error.to_string() })?;
+        self.bodies.look_at(&frame);
+        Ok(())
+    }
+
+    fn render(
+        &self,
+        frame: &Frame,
+        film: &mut Film,
+        budget: &Budget,
+        progress: &dyn Progress,
+    ) -> Result<RenderReport, TechniqueError> {
+        match &self.state {
+            State::Order3(prepared) => self.render_in(prepared, frame, film, budget, progress),
+            State::Order4(prepared) => self.render_in(prepared, frame, film, budget, progress),
+            State::Order5(prepared) => self.render_in(prepared, frame, film, budget, progress),
+            State::Order6(prepared) => self.render_in(prepared, frame, film, budget, progress),
+        }
+    }
+}
+
+impl<const ORDER: usize> Prepared<ORDER> {
+    fn tables(&self) -> Arc<Tables<ORDER>> {
+        let mut tables = self.tables.lock().unwrap_or_else(PoisonError::into_inner);
+        let make = || Arc::new(Tables { blockers: BlockerTable::new(), wedges: WedgeTable::new() });
+        Arc::clone(tables.get_or_insert_with(make))
+    }
+}
+
+impl Shexp {
+    /// What the picture leaves out.
+    fn notes<const ORDER: usize>(&self, light: &FrameLight<ORDER>) -> Vec<String> {
+        let mut notes = vec![format!(
+            "direct light of the environment only, in {ORDER} bands, which keep {:.1} % of its energy",
+            100.0 * light.kept
+        )];
+        if light.kept < SHARP_LIGHT {
+            notes.push(
+                "the rest sits in small bright places such as a sun: shadows are softer than they should be"
+                    .into(),
+            );
+        }
+        notes.extend(self.bodies.without.iter().cloned());
+        notes
+    }
+
+    fn render_in<const ORDER: usize>(
+        &self,
+        prepared: &Prepared<ORDER>,
+        frame: &Frame,
+        film: &mut Film,
+        budget: &Budget,
+        progress: &dyn Progress,
+    ) -> Result<RenderReport, TechniqueError> {
+        let deadline = Deadline::new(budget.seconds);
+        let target = budget.samples.unwrap_or(DEFAULT_SAMPLES).clamp(1, MAX_SAMPLES);
+        let Some(light) = prepared.light.light(&frame.lights) else {
+            let reason =
+                "it has no environment, and this technique shades by nothing else (give it one, or use path)";
+            return Err(TechniqueError { technique: NAME, reason: reason.into() });
+        };
+        let tables = prepared.tables();
+        let blockers = self.bodies.pose(frame, self.settings.attenuation);
+        let fields: Vec<FieldVisibility> = frame
+            .world
+            .instances()
+            .iter()
+            .filter_map(|instance| match instance.geometry.as_ref() {
+                Geometry::HeightField(tracer) => {
+                    FieldVisibility::new(tracer.field(), &instance.transform.open)
+                }
+                _ => None,
+            })
+            .collect();
+        let solver = Solver {
+            simd: simd(frame.world.simd()),
+            tables: &tables,
+            blockers: &blockers,
+            fields: &fields,
+            light: &light.radiance,
+            attenuation: self.settings.attenuation,
+        };
+        let mut report = RenderReport { notes: self.notes(&light), ..RenderReport::default() };
+        for sample in film.min_samples()..target {
+            if progress.stop() {
+                report.interrupted = true;
+                break;
+            }
+            if deadline.passed() && sample > 0 {
+                break;
+            }
+            let offset = if target == 1 {
+                Vec2::splat(0.5)
+            } else {
+                // The same point in every pixel, so that neighbours stay comparable.
+                let u = Sampler::new(budget.seed, 0, 0, sample).next_four();
+                Vec2::new(u[0], u[1])
+            };
+            let view = GBuffer::look(frame, film.width(), film.height(), offset);
+            report.rays += view.pixels.len() as u64;
+            let picture = shade::shade(&solver, &view, frame, &self.settings);
+            report.non_finite += film.add_picture(&picture);
+            progress.report("samples", u64::from(sample + 1), u64::from(target));
+            progress.pass(film);
+        }
+        report.elapsed = deadline.elapsed();
+        Ok(report)
+    }
+}
+
+/// The level of the harmonics for that of the rays.
+fn simd(level: halflight_trace::Simd) -> Simd {
+    Simd::from_name(level.name()).unwrap_or(Simd::Baseline)
+}

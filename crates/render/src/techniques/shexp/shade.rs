@@ -1,0 +1,242 @@
+//! From light with visibility to radiance, and from the points where it is known to the pixels between.
+//!
+//! Diffuse: (ρ/π) ∫ L·V·max(n·ω, 0); Phong: ρ_s (n + 2)/(n + 1) ∫ L·V·lobe(r)·max(n·ω, 0), the lobe of integral 1 about the
+//! mirror direction r and the cosine joined by a product. Both are dot products with the light that arrives, of which the
+//! harmonics are interpolated between points of a lattice of pixels, weighed by how much a pixel's surface is
+//! like the point's. A pixel is worked out by itself where no point is like it, or where what the points say of the
+//! irradiance on its own normal differs by more than the tolerance: at contacts and at the edges of things.
+
+use glam::Vec3;
+use halflight_scene::Frame;
+use halflight_sh::{Sh, Zh};
+use rayon::prelude::*;
+
+use super::settings::ShexpSettings;
+use super::solve::{Receiver, Scratch, Solver};
+use crate::gbuffer::{GBuffer, Visible, VisiblePoint};
+use crate::sh_light::{Colors, axes};
+
+/// Lattice points, or pixels, along the side of a group that is solved together.
+const GROUP: usize = 8;
+
+/// The radiance of every pixel.
+pub(super) fn shade<const ORDER: usize>(
+    solver: &Solver<ORDER>,
+    view: &GBuffer,
+    frame: &Frame,
+    settings: &ShexpSettings,
+) -> Vec<Vec3> {
+    let (width, height) = (view.width, view.height);
+    let stride = settings.stride.max(1) as usize;
+    let lattice = Lattice::solve(solver, view, stride);
+    let white = unshadowed(solver.light).max(f32::MIN_POSITIVE);
+    let mut picture = vec![Vec3::ZERO; width * height];
+    picture.par_chunks_mut(width * GROUP).enumerate().for_each_init(Room::default, |room, (band, rows)| {
+        let top = band * GROUP;
+        for left in (0..width).step_by(GROUP) {
+            room.pending.clear();
+            for y in top..(top + GROUP).min(height) {
+                for x in left..(left + GROUP).min(width) {
+                    let radiance = match &view.pixels[y * width + x] {
+                        Visible::Nothing(direction) => Some(frame.lights.escaped(*direction)),
+                        Visible::Point(point) => lattice
+                            .light_at(view, [x, y], point, settings.tolerance * white)
+                            .map(|light| reflected(point, &light)),
+                    };
+                    match radiance {
+                        Some(radiance) => rows[(y - top) * width + x] = radiance,
+                        None => room.pending.push((x, y)),
+                    }
+                }
+            }
+            room.solve_pending(solver, view, |x, y, radiance| rows[(y - top) * width + x] = radiance);
+        }
+    });
+    picture
+}
+
+/// Irradiance without any blockers, averaged over normals and colours.
+fn unshadowed<const ORDER: usize>(light: &Colors<ORDER>) -> f32 {
+    // The mean of a function is its first coefficient times y_00; a normal sees π times the mean radiance.
+    light.iter().map(|l| l[0]).sum::<f32>() / 3.0 * 0.282_094_8 * std::f32::consts::PI
+}
+
+/// Radiance towards the eye of light that arrives.
+fn reflected<const ORDER: usize>(point: &VisiblePoint, light: &Colors<ORDER>) -> Vec3 {
+    let cosine = Zh::<ORDER>::clamped_cosine().to_direction(axes(point.normal));
+    let integral = |kernel: &Sh<ORDER>| Vec3::from_array([0, 1, 2].map(|c| light[c].dot(kernel).max(0.0)));
+    let material = &point.material;
+    let mut radiance = point.emitted;
+    if material.diffuse != Vec3::ZERO {
+        radiance += material.diffuse * std::f32::consts::FRAC_1_PI * integral(&cosine);
+    }
+    if material.specular != Vec3::ZERO {
+        let mirrored = 2.0 * point.normal.dot(point.towards_eye) * point.normal - point.towards_eye;
+        let n = material.exponent;
+        let lobe = Zh::<ORDER>::phong(f64::from(n)).to_direction(axes(mirrored));
+        radiance += material.specular * ((n + 2.0) / (n + 1.0)) * integral(&lobe.product(&cosine));
+    }
+    radiance
+}
+
+/// Light with visibility at every `stride`th pixel of every `stride`th row, the last ones included.
+struct Lattice<const ORDER: usize> {
+    stride: usize,
+    columns: usize,
+    /// Where the lattice's points are in `light`; `None` where nothing is seen.
+    light: Vec<Option<Colors<ORDER>>>,
+}
+
+impl<const ORDER: usize> Lattice<ORDER> {
+    fn solve(solver: &Solver<ORDER>, view: &GBuffer, stride: usize) -> Self {
+        let columns = (view.width - 1).div_ceil(stride) + 1;
+        let rows = (view.height - 1).div_ceil(stride) + 1;
+        let mut light = vec![None; columns * rows];
+        light.par_chunks_mut(columns * GROUP).enumerate().for_each_init(
+            Room::default,
+            |room, (band, light)| {
+                let lines = light.len() / columns;
+                for left in (0..columns).step_by(GROUP) {
+                    let wide = GROUP.min(columns - left);
+                    room.start();
+                    for i in 0..wide * lines {
+                        let (column, line) = (left + i % wide, i / wide);
+                        let x = (column * stride).min(view.width - 1);
+                        let y = ((band * GROUP + line) * stride).min(view.height - 1);
+                        if let Visible::Point(point) = &view.pixels[y * view.width + x] {
+                            room.push(solver, point, (column, line));
+                        }
+                    }
+                    room.finish(solver, |(column, line), _, colors| {
+                        light[line * columns + column] = Some(*colors)
+                    });
+                }
+            },
+        );
+        Self { stride, columns, light }
+    }
+
+    /// The light at a pixel, from the four lattice points around it; `None` where they do not tell.
+    fn light_at(
+        &self,
+        view: &GBuffer,
+        [x, y]: [usize; 2],
+        point: &VisiblePoint,
+        tolerance: f32,
+    ) -> Option<Colors<ORDER>> {
+        let (column, line) = (x / self.stride, y / self.stride);
+        let fraction = [x % self.stride, y % self.stride].map(|r| r as f32 / self.stride as f32);
+        if fraction == [0.0; 2] {
+            return self.light[line * self.columns + column];
+        }
+        let cosine = Zh::<ORDER>::clamped_cosine().to_direction(axes(point.normal));
+        let mut sum = [Sh::zero(); 3];
+        let (mut total, mut least, mut most) = (0.0, f32::INFINITY, f32::NEG_INFINITY);
+        for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+            let share = (if dx == 1 { fraction[0] } else { 1.0 - fraction[0] })
+                * if dy == 1 { fraction[1] } else { 1.0 - fraction[1] };
+            if share == 0.0 {
+                continue;
+            }
+            let light = self.light.get((line + dy) * self.columns + column + dx)?.as_ref()?;
+            let at = ((column + dx) * self.stride).min(view.width - 1);
+            let row = ((line + dy) * self.stride).min(view.height - 1);
+            let Visible::Point(other) = &view.pixels[row * view.width + at] else { return None };
+            if !alike(point, other) {
+                return None;
+            }
+            let mean = (light[0] + light[1] + light[2]) * (1.0 / 3.0);
+            let irradiance = mean.dot(&cosine);
+            (least, most) = (least.min(irradiance), most.max(irradiance));
+            total += share;
+            for (sum, light) in sum.iter_mut().zip(light) {
+                *sum += *light * share;
+            }
+        }
+        if total < 0.5 || most - least > tolerance {
+            return None;
+        }
+        Some(sum.map(|sum| sum * (1.0 / total)))
+    }
+}
+
+/// Whether light at one point may stand for light at another: on the same body, and nearly in its tangent plane.
+fn alike(a: &VisiblePoint, b: &VisiblePoint) -> bool {
+    /// Distance from the plane, in parts of the distance between the points.
+    const OFF_PLANE: f32 = 0.35;
+    /// Cosine between the normals.
+    const TURNED: f32 = 0.8;
+    let between = b.position - a.position;
+    let off = between.dot(a.geometric_normal).abs();
+    a.hit.instance == b.hit.instance
+        && a.geometric_normal.dot(b.geometric_normal) > TURNED
+        && off * off <= OFF_PLANE * OFF_PLANE * between.length_squared()
+}
+
+/// A group of points that is being solved, with room to do it.
+struct Room<const ORDER: usize> {
+    receivers: Vec<Receiver>,
+    places: Vec<(usize, usize)>,
+    points: Vec<VisiblePoint>,
+    pending: Vec<(usize, usize)>,
+    scratch: Scratch<ORDER>,
+    light: Vec<Colors<ORDER>>,
+}
+
+impl<const ORDER: usize> Default for Room<ORDER> {
+    fn default() -> Self {
+        Self {
+            receivers: Vec::new(),
+            places: Vec::new(),
+            points: Vec::new(),
+            pending: Vec::new(),
+            scratch: Scratch::default(),
+            light: Vec::new(),
+        }
+    }
+}
+
+impl<const ORDER: usize> Room<ORDER> {
+    fn start(&mut self) {
+        self.receivers.clear();
+        self.places.clear();
+        self.points.clear();
+    }
+
+    fn push(&mut self, solver: &Solver<ORDER>, point: &VisiblePoint, place: (usize, usize)) {
+        self.receivers.push(Receiver {
+            position: point.position,
+            normal: point.geometric_normal,
+            owner: solver.blockers.owner(&point.hit),
+        });
+        self.places.push(place);
+        self.points.push(*point);
+    }
+
+    fn finish(
+        &mut self,
+        solver: &Solver<ORDER>,
+        mut take: impl FnMut((usize, usize), &VisiblePoint, &Colors<ORDER>),
+    ) {
+        solver.solve(&self.receivers, &mut self.scratch, &mut self.light);
+        for ((place, point), light) in self.places.iter().zip(&self.points).zip(&self.light) {
+            take(*place, point, light);
+        }
+    }
+
+    /// Works out the pixels that are pending, one by one.
+    fn solve_pending(
+        &mut self,
+        solver: &Solver<ORDER>,
+        view: &GBuffer,
+        mut write: impl FnMut(usize, usize, Vec3),
+    ) {
+        self.start();
+        for (x, y) in std::mem::take(&mut self.pending) {
+            if let Visible::Point(point) = &view.pixels[y * view.width + x] {
+                self.push(solver, point, (x, y));
+            }
+        }
+        self.finish(solver, |(x, y), point, light| write(x, y, reflected(point, light)));
+    }
+}
