@@ -30,6 +30,12 @@ impl Source<'_> {
         LoadError::new(self.asked, self.name, found)
     }
 
+    /// The error for a file that ends before its pixels do.
+    pub(crate) fn cut_short(&self) -> LoadError {
+        let found = format!("it ends after {} bytes, before all of its pixels", self.bytes.len());
+        self.error(found).hint("the file is cut short: copy it again")
+    }
+
     /// Refuses a picture that the bytes at hand cannot hold, before anything is allocated for it: `width × height`
     /// pixels of `bytes_per_pixel`, packed at most `ratio` times smaller than they are.
     pub(crate) fn check_size(

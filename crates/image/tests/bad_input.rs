@@ -46,6 +46,19 @@ fn a_file_cut_short_anywhere_is_an_error_or_complete_but_never_a_panic() {
 }
 
 #[test]
+fn a_tiff_or_exr_that_was_cut_short_is_said_to_be_cut_short() {
+    let mut seen = 0;
+    for seed in seeds::all().into_iter().filter(|s| s.name.ends_with("exr") || s.name.contains("tif")) {
+        // A directory or pixels go missing; a part that is not asked for may.
+        let cut = &seed.bytes[..seed.bytes.len() - 20];
+        let Err(error) = decode_rgb(cut, Path::new(seed.name)) else { continue };
+        assert!(error.to_string().contains("cut short"), "{error}");
+        seen += 1;
+    }
+    assert!(seen >= 4, "{seen}");
+}
+
+#[test]
 fn a_flipped_byte_anywhere_never_panics() {
     for seed in seeds::all() {
         let step = (seed.bytes.len() / 300).max(1);

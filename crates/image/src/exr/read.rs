@@ -24,7 +24,13 @@ const DISPLAY_PER_DATA: u128 = 16;
 const MODEST_DISPLAY_BYTES: u128 = 64 << 20;
 
 pub(super) fn decode(source: &Source) -> Result<Picture, LoadError> {
-    let damaged = |e: exr::error::Error| source.error(e.to_string());
+    // The decoder turns the end of the file into these words.
+    const END_OF_FILE: &str = "reference to missing bytes";
+    let damaged = |e: exr::error::Error| match &e {
+        exr::error::Error::Io(io) if io.kind() == std::io::ErrorKind::UnexpectedEof => source.cut_short(),
+        exr::error::Error::Invalid(text) if text == END_OF_FILE => source.cut_short(),
+        _ => source.error(e.to_string()),
+    };
     let reader = exr::block::read(Cursor::new(source.bytes), false).map_err(damaged)?;
     let meta = reader.meta_data().clone();
     let parts = choose_parts(&meta.headers);

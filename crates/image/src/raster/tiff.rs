@@ -40,7 +40,10 @@ pub(crate) fn decode_tiff(source: &Source) -> Result<(Raster, GeoTags), LoadErro
 }
 
 fn decode(source: &Source) -> Result<(Raster, GeoTags), LoadError> {
-    let damaged = |e: tiff::TiffError| source.error(e.to_string());
+    let damaged = |e: tiff::TiffError| match &e {
+        tiff::TiffError::IoError(io) if io.kind() == std::io::ErrorKind::UnexpectedEof => source.cut_short(),
+        _ => source.error(e.to_string()),
+    };
     let mut decoder = Decoder::new(Cursor::new(source.bytes)).map_err(damaged)?;
     let (width, height) = decoder.dimensions().map_err(damaged)?;
     let color = decoder.colortype().map_err(damaged)?;
