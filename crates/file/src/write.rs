@@ -2,8 +2,12 @@ use std::ffi::OsString;
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use crate::SaveError;
+
+/// A picture is written in seconds; a temporary file that has not grown for so long has no writer.
+const ABANDONED_AFTER: Duration = Duration::from_secs(600);
 
 /// Writes a file that is whole or absent: into a temporary file beside it, synced and then renamed over it.
 /// `asked` is a noun for the error: `EXR picture`.
@@ -11,6 +15,9 @@ use crate::SaveError;
 /// # Errors
 /// Whatever the writer or the file system says; the temporary file is removed, and what stood under the name
 /// before still stands.
+///
+/// A process that is killed in the middle (a signal for too large a file, say) leaves its temporary file behind: the
+/// next write under the same name removes those of processes that are no more.
 pub fn write_whole(
     path: &Path,
     asked: &str,
@@ -26,6 +33,7 @@ pub fn write_whole(
         return Err(error("this is a folder".into(), Some("name a file inside it")));
     }
     let temporary = temporary_name(path);
+    remove_left_behind(path);
     let result = File::create(&temporary).and_then(|file| {
         let mut writer = BufWriter::new(file);
         write(&mut writer)?;
@@ -44,6 +52,31 @@ pub fn write_whole(
         };
         error(e.to_string(), hint)
     })
+}
+
+/// Removes the temporary files that dead processes left beside `path`. Where the system does not tell which processes
+/// live (elsewhere than on Linux) all are left alone, and so is what was written to lately: on a shared disk it
+/// may belong to another machine. What cannot be removed is no reason not to write.
+fn remove_left_behind(path: &Path) {
+    if !Path::new("/proc/self").exists() {
+        return;
+    }
+    let Some(name) = path.file_name().map(|name| format!(".{}.", name.to_string_lossy())) else { return };
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+        let candidate = entry.file_name();
+        let process = candidate
+            .to_str()
+            .and_then(|text| text.strip_prefix(&name)?.strip_suffix(".partial")?.parse::<u32>().ok());
+        let is_old = || {
+            let age =
+                entry.metadata().and_then(|m| m.modified()).map(|time| time.elapsed().unwrap_or_default());
+            age.is_ok_and(|age| age > ABANDONED_AFTER)
+        };
+        if process.is_some_and(|id| !Path::new(&format!("/proc/{id}")).exists()) && is_old() {
+            let _ = std::fs::remove_file(entry.path());
+        }
+    }
 }
 
 /// A name in the same folder, so that the rename stays on one file system, unlike any other process's.

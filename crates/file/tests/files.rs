@@ -46,3 +46,46 @@ fn a_failed_write_leaves_the_old_file_and_no_other() {
     assert_eq!(std::fs::read(&path).unwrap(), b"old");
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
 }
+
+#[cfg(target_os = "linux")]
+#[test]
+fn what_a_killed_process_left_behind_goes_with_the_next_write_and_what_a_living_one_writes_stays() {
+    let folder = tempfile::tempdir().unwrap();
+    let name = |text: &str| folder.path().join(text);
+    // No process has this number: Linux ends at 2^22.
+    let (dead, other) = (".a.exr.4194999.partial", ".b.exr.4194999.partial");
+    let (living, lately) = (".a.exr.1.partial", ".a.exr.4194998.partial");
+    for file in [dead, other, living, lately, ".a.exr.x.partial"] {
+        std::fs::write(name(file), "half").unwrap();
+        if file != lately {
+            let hour_ago = std::time::SystemTime::now() - std::time::Duration::from_secs(3600);
+            std::fs::File::options().write(true).open(name(file)).unwrap().set_modified(hour_ago).unwrap();
+        }
+    }
+    write_whole(&name("a.exr"), "EXR picture", |writer| writer.write_all(b"whole")).unwrap();
+    let mut left: Vec<String> = std::fs::read_dir(folder.path())
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    left.sort();
+    assert_eq!(left, [living, lately, ".a.exr.x.partial", other, "a.exr"]);
+}
+
+#[test]
+fn the_seeds_of_the_fuzz_target_unpack_and_damage_to_them_is_no_panic() {
+    let corpus = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../fuzz/corpus/packed_xz"));
+    let Ok(entries) = std::fs::read_dir(corpus) else {
+        eprintln!("skipped: there is no {}", corpus.display());
+        return;
+    };
+    for entry in entries.flatten() {
+        let (path, bytes) = (entry.path(), std::fs::read(entry.path()).unwrap());
+        assert!(!unpack_xz(&bytes, &path, "asset").unwrap().is_empty(), "{}", path.display());
+        for place in 0..bytes.len() {
+            let mut damaged = bytes.clone();
+            damaged[place] ^= 0x5A;
+            let _ = unpack_xz(&damaged, &path, "asset");
+            let _ = unpack_xz(&bytes[..place], &path, "asset");
+        }
+    }
+}
