@@ -26,6 +26,17 @@ fn a_texture_has_its_texels_at_their_centres_and_the_mean_between() {
 }
 
 #[test]
+fn a_texture_of_squares_shows_the_texel_that_a_place_lies_in() {
+    let texture = Texture { nearest: true, ..checker() };
+    let smooth = checker();
+    for (u, v) in [(0.01, 0.01), (0.49, 0.2), (0.51, 0.2), (0.99, 0.49), (0.3, 0.51), (0.9, 0.99)] {
+        let center = |x: f32, size: usize| ((x * size as f32).floor() + 0.5) / size as f32;
+        let middle = Vec2::new(center(u, smooth.image.width), center(v, smooth.image.height));
+        assert_eq!(texture.sample(Vec2::new(u, v)), smooth.sample(middle), "at {u} {v}");
+    }
+}
+
+#[test]
 fn beyond_its_border_a_texture_repeats_stays_or_turns_over() {
     let mut texture = checker();
     let red = Vec4::new(1.0, 0.0, 0.0, 1.0);

@@ -17,6 +17,7 @@ fn shining(two_sided: bool) -> Arc<Material> {
         emission: Some(ColorInput::Constant(Vec3::new(3.0, 2.0, 1.0))),
         two_sided,
         normal_map: None,
+        opacity: None,
     })
 }
 

@@ -40,6 +40,7 @@ fn emitter(shape: EmitterShape, pose: Affine3A, instance: u32) -> Emitter {
         emission: Some(ColorInput::Constant(Vec3::ONE)),
         two_sided: true,
         normal_map: None,
+        opacity: None,
     };
     Emitter { shape, pose: [pose; 2], material: Arc::new(material), instance, primitive: 0 }
 }

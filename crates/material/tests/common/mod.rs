@@ -7,7 +7,8 @@ use std::sync::{Arc, LazyLock};
 use glam::Vec3;
 use halflight_image::{Texels, TextureImage};
 use halflight_material::{
-    ColorInput, Lookup, Material, MaterialKind, MeasuredBrdf, ScalarInput, SurfaceInput, Texture, merl_bytes,
+    ColorInput, Lookup, Material, MaterialKind, MeasuredBrdf, Opacity, ScalarInput, SurfaceInput, Texture,
+    merl_bytes,
 };
 
 /// Analytic materials, by the lines that describe them.
@@ -119,6 +120,15 @@ pub(crate) fn textured() -> Vec<(String, Material)> {
             "textured glass".into(),
             Material::new("d", MaterialKind::Dielectric { ior: 1.5, roughness: scalar(0), tint: color() }),
         ),
+        ("gauze".into(), {
+            let gauze = Opacity { amount: 0.3.into(), cutoff: None };
+            Material { opacity: Some(gauze), ..Material::diffuse(Vec3::splat(0.8)) }
+        }),
+        ("leaf".into(), {
+            let leaf = Opacity { amount: scalar(1), cutoff: Some(0.4) };
+            let kind = MaterialKind::Phong { diffuse: color(), specular: color(), exponent: 9.0.into() };
+            Material { opacity: Some(leaf), ..Material::new("leaf", kind) }
+        }),
     ]
 }
 
