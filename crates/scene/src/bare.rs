@@ -7,7 +7,7 @@ use std::sync::{Arc, OnceLock};
 
 use glam::{Affine3A, Vec3};
 use halflight_file::LoadError;
-use halflight_material::{Material, MaterialKind};
+use halflight_material::{ColorInput, Material, MaterialKind};
 
 use crate::SceneError;
 use crate::build::{
@@ -36,6 +36,8 @@ struct Stage {
     environment: Option<Environment>,
     camera: Option<Placement>,
     field_of_view: FieldOfView,
+    /// Exposure under the studio, where nothing else is asked for.
+    exposure_ev: f32,
 }
 
 pub(crate) fn load(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> {
@@ -96,7 +98,7 @@ fn finish(
     options: &LoadOptions,
     mut builder: Builder,
     mut stage: Stage,
-    spec: SceneSpec,
+    mut spec: SceneSpec,
 ) -> Result<Scene, SceneError> {
     // Framed over the whole motion, so that nothing leaves the picture.
     let duration = stage.objects.iter().filter_map(Object::duration).fold(0.0, f64::max);
@@ -105,6 +107,10 @@ fn finish(
     let outline = outline(&stage.objects, &times);
     if stage.ground {
         stage.objects.push(ground(&outline, &mut builder));
+    }
+    let studio_light = spec.environment.is_none() && stage.environment.is_none();
+    if studio_light && !options.set.iter().any(|setting| setting.trim_start().starts_with("image")) {
+        spec.image.exposure_ev = stage.exposure_ev;
     }
     let environment = match &spec.environment {
         Some(environment) => build::environment(environment, &mut builder),
@@ -157,6 +163,20 @@ fn ground(outline: &Outline, builder: &mut Builder) -> Object {
     }
 }
 
+/// The exposure that keeps a material below white where the studio's main light falls on it straight: that gives an
+/// irradiance of about 2.1 π, of which an albedo of 0.48 makes white.
+fn exposure(material: &Material) -> f32 {
+    const WHITE: f32 = 0.48;
+    let brightest = |color: &ColorInput| color.mean().max_element();
+    let albedo = match &material.kind {
+        MaterialKind::Diffuse { albedo } => brightest(albedo),
+        MaterialKind::MetallicRoughness { base_color, .. } => brightest(base_color),
+        // The picture of the lights in a mirror is white at any exposure.
+        _ => 0.0,
+    };
+    -(albedo / WHITE).max(1.0).log2()
+}
+
 /// The lens of bare assets: long enough that nothing looks distorted.
 const LENS: FieldOfView = FieldOfView::Vertical(0.50);
 
@@ -194,9 +214,10 @@ fn model(path: &Path, material: Option<MaterialEntry>, builder: &mut Builder) ->
     let camera = model.cameras.first();
     let field_of_view = camera.map_or(LENS, |camera| FieldOfView::Vertical(camera.vertical_fov));
     let camera = camera.map(|camera| Placement::Node(Arc::clone(&model), camera.node));
+    let exposure_ev = materials.iter().map(|&m| exposure(&builder.materials[m as usize])).fold(0.0, f32::min);
     let object =
         Object { name, form, materials, places: vec![Affine3A::IDENTITY], track: None, ground: false };
-    Ok(Stage { objects: vec![object], ground: true, environment: None, camera, field_of_view })
+    Ok(Stage { objects: vec![object], ground: true, environment: None, camera, field_of_view, exposure_ev })
 }
 
 fn heights(path: &Path, material: Option<MaterialEntry>, builder: &mut Builder) -> Result<Stage, SceneError> {
@@ -237,6 +258,7 @@ fn heights(path: &Path, material: Option<MaterialEntry>, builder: &mut Builder) 
         environment: Some(sky),
         camera: None,
         field_of_view: LENS,
+        exposure_ev: 0.0,
     })
 }
 
@@ -259,7 +281,14 @@ fn environment(path: &Path, builder: &mut Builder) -> Result<Stage, SceneError> 
     let white = Material { name: "white".into(), ..Material::diffuse(Vec3::splat(0.8)) };
     let gold = build::material_from_text("gold roughness=0.4", builder)?;
     let objects = balls([Material::mirror(), white, gold], builder);
-    Ok(Stage { objects, ground: true, environment: Some(environment), camera: None, field_of_view: LENS })
+    Ok(Stage {
+        objects,
+        ground: true,
+        environment: Some(environment),
+        camera: None,
+        field_of_view: LENS,
+        exposure_ev: 0.0,
+    })
 }
 
 fn measured(path: &Path, builder: &mut Builder) -> Result<Stage, SceneError> {
@@ -280,5 +309,12 @@ fn measured(path: &Path, builder: &mut Builder) -> Result<Stage, SceneError> {
         track: None,
         ground: false,
     };
-    Ok(Stage { objects: vec![object], ground: true, environment: None, camera: None, field_of_view: LENS })
+    Ok(Stage {
+        objects: vec![object],
+        ground: true,
+        environment: None,
+        camera: None,
+        field_of_view: LENS,
+        exposure_ev: 0.0,
+    })
 }
