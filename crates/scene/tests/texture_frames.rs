@@ -111,3 +111,47 @@ fn pictures_on_solids_are_not_mirrored_and_stand_upright_on_walls() {
         }
     }
 }
+
+/// Of a shape whose material is displaced by a picture that is white throughout.
+fn raised(shape: &str) -> Scene {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let white = halflight_image::RgbImage::from_fn(2, 2, |_, _| [1.0; 3]);
+    halflight_image::save_hdr(&folder.path().join("white.hdr"), &white).expect("written");
+    let path = folder.path().join("scene.toml");
+    let material =
+        "{ type = \"diffuse\", displacement = { file = \"white.hdr\", scale = 0.25, edge = 0.2 } }";
+    std::fs::write(&path, format!("[[shape]]\n{shape}\nmaterial = {material}\n")).expect("written");
+    Scene::load(&path, &LoadOptions::default()).expect("a scene")
+}
+
+#[test]
+fn exact_shapes_are_displaced_as_meshes_or_say_that_they_are_not() {
+    for (shape, direction) in [
+        ("type = \"rectangle\"\nsize = [2, 2]", Vec3::Z),
+        ("type = \"disk\"", Vec3::Z),
+        ("type = \"plane\"\nhalf_extent = 1\ny = 0.5", Vec3::Y),
+        ("type = \"sphere\"\nradius = 0.5\ncenter = [0, 1, 0]", Vec3::Z),
+    ] {
+        let scene = raised(shape);
+        assert!(scene.warnings().is_empty(), "{shape}: {:?}", scene.warnings());
+        let frame = scene.at(0.0).expect("a frame");
+        let base = if shape.contains("sphere") { Vec3::Y } else { Vec3::ZERO };
+        let surface = seen(&frame, base + 5.0 * direction + 0.01, -direction).expect("it is there");
+        let height = (surface.position - base).dot(direction);
+        let flat = if direction == Vec3::Y || shape.contains("sphere") { 0.5 } else { 0.0 };
+        assert!((height - flat - 0.25).abs() < 2e-3, "{shape}: {height}");
+        assert!(surface.shading_normal.dot(direction) > 0.99);
+    }
+    let scene = raised("type = \"spheres\"\nspheres = [[0, 0, 0, 1]]");
+    assert!(scene.warnings()[0].contains("displacement is left out"), "{:?}", scene.warnings());
+}
+
+#[test]
+fn a_shining_height_field_says_that_it_is_found_by_chance() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("scene.toml");
+    let text = "[[shape]]\ntype = \"height-field\"\nheights = { type = \"fractal\" }\nmaterial = { type = \"emissive\" }\n";
+    std::fs::write(&path, text).expect("written");
+    let scene = Scene::load(&path, &LoadOptions::default()).expect("a scene");
+    assert!(scene.warnings()[0].contains("by chance"), "{:?}", scene.warnings());
+}

@@ -310,17 +310,17 @@ fn as_mesh(kind: &ShapeKind) -> Option<(TriangleMesh, bool)> {
     // From a ground that faces +y to a wall that faces +z.
     let upright = Affine3A::from_quat(Quat::from_rotation_x(std::f32::consts::FRAC_PI_2));
     Some(match kind {
-        ShapeKind::Rectangle(spec) => (generate::plane(spec.size, 1, 1).transformed(upright), false),
-        ShapeKind::Disk(spec) => (generate::disk(spec.radius, 128).transformed(upright), false),
+        ShapeKind::Rectangle(spec) => (generate::plane(spec.size, 1, 1).transformed(&upright), false),
+        ShapeKind::Disk(spec) => (generate::disk(spec.radius, 128).transformed(&upright), false),
         ShapeKind::Plane(spec) => {
             let ground = generate::plane(Vec2::splat(2.0 * spec.half_extent), 1, 1);
-            (ground.transformed(Affine3A::from_translation(Vec3::Y * spec.y)), true)
+            (ground.transformed(&Affine3A::from_translation(Vec3::Y * spec.y)), true)
         }
         ShapeKind::Sphere(spec) => {
             let mut ball = generate::uv_sphere(spec.radius, 256, 128);
             // The middle of the picture stands towards +z, as on the exact sphere.
             ball.uvs.iter_mut().for_each(|uv| uv.x -= 0.25);
-            (ball.transformed(Affine3A::from_translation(spec.center)), false)
+            (ball.transformed(&Affine3A::from_translation(spec.center)), false)
         }
         _ => return None,
     })

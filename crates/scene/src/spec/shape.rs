@@ -59,8 +59,7 @@ record! {
         /// A name, for messages and for `--set shape.NAME.key=value`.
         #[example = "\"bunny\""]
         name: Option<At<String>>,
-        /// What it is made of. Without it: what the file says, else a light grey diffuse material. A shining height
-        /// field is found by chance alone, which is noisy.
+        /// What it is made of. Without it: what the file says, else a light grey diffuse material.
         #[example = "\"clay\""]
         material: Option<MaterialReference>,
         /// From its own space to the world.
@@ -82,7 +81,7 @@ record! {
     /// A mesh from a file.
     pub struct MeshSpec, "mesh" {
         /// `.ply`, `.obj`, `.gltf` or `.glb`; glTF brings its own hierarchy, materials,
-        /// animation and lights (candela counts as radiance × m², lux as irradiance, both divided by nothing).
+        /// animation and lights (their candela count as radiance × m², their lux as irradiance).
         #[example = "\"bunny.ply\""]
         file: FilePath,
         /// Which normals shade it. Without it: those of the file, or flat if it has none.
@@ -297,7 +296,8 @@ variants! {
         "plane" => Plane(PlaneSpec),
         /// A box that stands on y = 0 about the y axis, with sharp or rounded edges.
         "box" => Box(BoxSpec),
-        /// Heights over a grid in x and z, traced as they are: the top row of a picture lies at the least z.
+        /// Heights over a grid in x and z, traced as they are: the top row of a picture lies at the least z. One that
+        /// shines is found by chance alone, which is noisy.
         "height-field" => HeightField(HeightFieldSpec),
         /// A mesh that the program makes by itself.
         "generated" => Generated(GeneratedSpec),
