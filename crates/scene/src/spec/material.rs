@@ -251,7 +251,8 @@ record! {
         /// Instead of letting a part through: there, wholly, where the opacity is at least this, else not at all.
         #[example = "0.5"]
         opacity_cutoff: Option<f32> => fraction(),
-        /// Large bumps, which move the vertices of shapes with this material; spheres and height fields have none.
+        /// Large bumps, which move the vertices of shapes with this material. Those of `spheres` and height fields stay
+        /// where they are.
         #[example = "{ file = \"rocks.png\", scale = 0.05 }"]
         displacement: Option<DisplacementSpec>,
     }
