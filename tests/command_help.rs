@@ -22,7 +22,6 @@ fn examples(help: &str) -> Vec<&str> {
 fn every_example_of_every_help_text_runs() {
     let place = Place::new();
     // What the examples expect to find.
-    std::fs::create_dir(place.path("frames")).unwrap();
     place.done("render scene.toml --spp 16 -o noisy.exr");
     place.done("render scene.toml --spp 64 --seed 1 -o truth.exr");
     place.done("brdf synth diffuse -o paint.binary");

@@ -66,6 +66,86 @@ fn a_material_is_written_as_a_merl_file_and_described() {
 }
 
 #[test]
+fn what_a_measured_material_cannot_hold_is_refused_or_warned_of() {
+    let place = Place::new();
+    let outcome = place.run("brdf synth \"emissive radiance=5\" -o lamp.binary");
+    assert!(outcome.code == 1 && outcome.stderr.contains("it only shines"), "{outcome:?}");
+    assert!(!place.path("lamp.binary").exists());
+    let brushed = "brdf synth \"conductor roughness=0.4 anisotropy=0.7\" -o brushed.binary";
+    let outcome = place.done(brushed);
+    assert!(outcome.stderr.contains("warning: the format is for isotropic materials"), "{outcome:?}");
+}
+
+#[test]
+fn info_of_a_geotiff_tells_elevations_and_voids() {
+    let place = Place::new();
+    std::fs::write(place.path("land.tif"), geotiff()).unwrap();
+    let outcome = place.done("info land.tif --json");
+    let description = &outcome.event("info")["description"];
+    assert_eq!(description["kind"], "heights", "{outcome:?}");
+    assert_eq!((&description["filled_voids"], &description["range"][0]), (&2.into(), &10.0.into()));
+    assert_eq!(description["metres_per_pixel"][0], 30.0);
+}
+
+/// 4 × 3 posts of 32-bit floats, 30 m apart, two of them void (−9999); one strip, little-endian.
+fn geotiff() -> Vec<u8> {
+    let heights: [f32; 12] = [10.0, 11.0, 12.0, 13.0, 14.0, -9999.0, 16.0, 17.0, 18.0, -9999.0, 20.0, 21.0];
+    let spacing = [30.0f64, 30.0, 0.0];
+    let tie = [0.0f64, 0.0, 0.0, 500_000.0, 4_000_000.0, 0.0];
+    // Version 1.1.0 of the key directory; projected coordinates, pixels are areas.
+    let keys: [u16; 12] = [1, 1, 0, 2, 1024, 0, 1, 1, 1025, 0, 1, 1];
+    let mut data: Vec<u8> = Vec::new();
+    let (short, long, ascii, double) = (3u16, 4u16, 2u16, 12u16);
+    let place = |data: &mut Vec<u8>, bytes: Vec<u8>| {
+        let at = 8 + data.len() as u32;
+        data.extend(bytes);
+        at
+    };
+    let pixels = place(&mut data, heights.iter().flat_map(|v| v.to_le_bytes()).collect());
+    let spacing = place(&mut data, spacing.iter().flat_map(|v| v.to_le_bytes()).collect());
+    let tie = place(&mut data, tie.iter().flat_map(|v| v.to_le_bytes()).collect());
+    let keys = place(&mut data, keys.iter().flat_map(|v| v.to_le_bytes()).collect());
+    let void = place(&mut data, b"-9999\0".to_vec());
+    let entries: [(u16, u16, u32, u32); 14] = [
+        (256, short, 1, 4),
+        (257, short, 1, 3),
+        (258, short, 1, 32),
+        (259, short, 1, 1),
+        (262, short, 1, 1),
+        (273, long, 1, pixels),
+        (277, short, 1, 1),
+        (278, short, 1, 3),
+        (279, long, 1, 48),
+        (339, short, 1, 3),
+        (33550, double, 3, spacing),
+        (33922, double, 6, tie),
+        (34735, short, 12, keys),
+        (42113, ascii, 6, void),
+    ];
+    let mut file = b"II*\0".to_vec();
+    file.extend((8 + data.len() as u32).to_le_bytes());
+    file.extend(data);
+    file.extend((entries.len() as u16).to_le_bytes());
+    for (tag, kind, count, value) in entries {
+        file.extend(tag.to_le_bytes());
+        file.extend(kind.to_le_bytes());
+        file.extend(count.to_le_bytes());
+        file.extend(value.to_le_bytes());
+    }
+    file.extend([0; 4]);
+    file
+}
+
+#[test]
+fn a_missing_folder_of_an_output_is_made() {
+    let place = Place::new();
+    place.done("render scene.toml --spp 1 --frames 1..2 -o frames/of/the/ball.####.png");
+    assert_eq!(place.files("frames/of/the"), ["ball.0001.png", "ball.0002.png"]);
+    place.done("demo cornell-box --save scenes/mine.toml");
+    assert!(place.path("scenes/mine.toml").exists());
+}
+
+#[test]
 fn environments_become_coefficients_that_turn_convert_and_show() {
     let place = Place::new();
     let outcome = place.done("sh project hall.hdr --order 3 --window hanning -o light.json");

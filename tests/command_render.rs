@@ -2,7 +2,7 @@
 
 mod support;
 
-use halflight::image::load_rgb;
+use halflight::image::{RgbImage, load_rgb, save_hdr};
 use support::{Place, bits};
 
 #[test]
@@ -135,6 +135,23 @@ fn exposure_makes_a_png_brighter_and_hdr_holds_radiance() {
 }
 
 #[test]
+fn a_bare_environment_map_is_exposed_by_what_it_shows() {
+    let place = Place::new();
+    let mean = |name: &str| {
+        let image = load_rgb(&place.path(name)).unwrap();
+        image.pixels.iter().flatten().sum::<f32>() / (3 * image.pixels.len()) as f32
+    };
+    let dim = RgbImage::from_fn(16, 8, |x, y| if (x, y) == (4, 2) { [3.0; 3] } else { [1e-3, 2e-3, 1e-3] });
+    save_hdr(&place.path("night.hdr"), &dim).unwrap();
+    let outcome = place.done("render night.hdr --spp 4 --size 32x18 -o night.png");
+    assert!(outcome.stderr.contains("EV, by the mean of the picture"), "{outcome:?}");
+    // Loaded as linear radiance: middle grey is 0.18.
+    assert!((0.1..0.5).contains(&mean("night.png")), "{}", mean("night.png"));
+    let outcome = place.done("render night.hdr --spp 4 --size 32x18 -o dark.png --exposure 0");
+    assert!(!outcome.stderr.contains("EV") && mean("dark.png") < 0.5 * mean("night.png"), "{outcome:?}");
+}
+
+#[test]
 fn the_first_limit_that_is_reached_ends_the_work() {
     let place = Place::new();
     let start = std::time::Instant::now();
@@ -189,7 +206,11 @@ fn what_cannot_be_is_refused_before_any_work() {
     for (line, code, part) in [
         ("render scene.toml -o out.jpg", 2, ".exr, .hdr or .png"),
         ("render scene.toml -o out", 2, "extension"),
-        ("render scene.toml -o nowhere/out.exr", 1, "there is no folder nowhere"),
+        (
+            "render scene.toml -o scene.toml/out.exr",
+            1,
+            "there is no folder scene.toml, and it cannot be made",
+        ),
         ("render scene.toml -o folder.exr", 1, "this is a folder"),
         ("render missing.toml -o out.exr", 1, "there is no such file"),
         ("render bunny.pli -o out.exr", 1, "bunny.ply"),

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use clap::{Args, Subcommand};
 use halflight_file::extension;
-use halflight_material::{Lookup, MeasuredBrdf, SurfaceInput, write_merl};
+use halflight_material::{Lookup, Material, MaterialKind, MeasuredBrdf, SurfaceInput, write_merl};
 use serde_json::json;
 
 use super::console::Console;
@@ -57,11 +57,30 @@ fn synth(spec: &str, path: &Path, console: Console) -> Result<(), Failure> {
     }
     output::check_writable(path)?;
     let material = stage::material(spec)?;
+    check_synthesis(&material, spec, console)?;
     let start = Instant::now();
     write_merl(&material.bsdf(&SurfaceInput::default()), path)?;
     let seconds = start.elapsed().as_secs_f64();
     console.note(&format!("wrote {} in {}", path.display(), words::seconds(seconds)));
     console.event("done", json!({ "output": path, "seconds": seconds }));
+    Ok(())
+}
+
+/// Refuses what reflects nothing, and says what is lost of what does.
+fn check_synthesis(material: &Material, spec: &str, console: Console) -> Result<(), Failure> {
+    match &material.kind {
+        MaterialKind::Black => {
+            let why = if material.is_emissive() { "it only shines" } else { "it is black" };
+            return Err(Failure::failed(format!("cannot measure {spec:?}: {why}, and reflects nothing")));
+        }
+        MaterialKind::Conductor { anisotropy, .. } if *anisotropy != 0.0 => console.warn(
+            "the format is for isotropic materials: of this anisotropic one the section along its tangent is written",
+        ),
+        _ => {}
+    }
+    if material.is_emissive() {
+        console.warn("the format holds what a surface reflects: what it emits is left out");
+    }
     Ok(())
 }
 

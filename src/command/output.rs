@@ -81,8 +81,8 @@ fn tone_mapping(encoding: &Encoding) -> ToneMapping {
     ToneMapping { exposure_ev: encoding.exposure_ev, curve }
 }
 
-/// Fails now rather than after hours of work: the folder must exist and take new files, and the name must not be
-/// that of a folder or a device.
+/// Fails now rather than after hours of work: the folder must take new files, and is made if there is none; the name
+/// must not be that of a folder or a device.
 pub(crate) fn check_writable(path: &Path) -> Result<(), Failure> {
     let error = |found: String| Failure::Failed(format!("cannot write {}: {found}", path.display()));
     if let Ok(metadata) = std::fs::metadata(path) {
@@ -95,9 +95,8 @@ pub(crate) fn check_writable(path: &Path) -> Result<(), Failure> {
         }
     }
     let folder = folder_of(path);
-    if !folder.exists() {
-        return Err(error(format!("there is no folder {} (make it first)", folder.display())));
-    }
+    std::fs::create_dir_all(&folder)
+        .map_err(|e| error(format!("there is no folder {}, and it cannot be made: {e}", folder.display())))?;
     if !folder.is_dir() {
         return Err(error(format!("{} is not a folder", folder.display())));
     }
@@ -139,7 +138,10 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         assert!(check_writable(&folder.path().join("new.exr")).is_ok());
         assert!(check_writable(folder.path()).is_err());
-        assert!(check_writable(&folder.path().join("missing/new.exr")).is_err());
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+        std::fs::write(folder.path().join("file"), "").unwrap();
+        assert!(check_writable(&folder.path().join("file/new.exr")).is_err());
+        assert!(check_writable(&folder.path().join("a/b/new.exr")).is_ok());
+        assert_eq!(std::fs::read_dir(folder.path().join("a/b")).unwrap().count(), 0);
     }
 }

@@ -33,7 +33,11 @@ pub(crate) fn run(args: &CompareArgs, console: Console) -> Result<(), Failure> {
     }
     let comparison = match &args.reference_picture {
         Some(reference) => of_pictures(args, reference)?,
-        None => race::run(args, console)?,
+        None => race::run(args, console).inspect_err(|failure| {
+            if matches!(failure, Failure::Interrupted) {
+                console.note("interrupted: no report was written");
+            }
+        })?,
     };
     let report = comparison.measure().map_err(Failure::failed)?;
     tell::tell(console, &report.figures);

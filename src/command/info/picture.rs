@@ -14,6 +14,13 @@ pub(super) fn describe(path: &Path) -> Result<Description, Failure> {
     if extension(path) == "exr" {
         return Ok(layered(path, &Picture::load_exr(path)?));
     }
+    // A TIFF that tells its place on Earth or has voids holds elevations.
+    if let "tif" | "tiff" = extension(path).as_str()
+        && let Ok(height) = load_height(path)
+        && (height.metres_per_pixel.is_some() || height.filled_voids > 0)
+    {
+        return Ok(elevation(path, &height));
+    }
     match load_rgb(path) {
         Ok(image) => {
             let mut text = format!("{}: picture\n", path.display());
@@ -70,11 +77,11 @@ fn elevation(path: &Path, height: &halflight_image::HeightImage) -> Description 
     let (low, high) =
         plane.values.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), &v| (l.min(v), h.max(v)));
     let mut text = format!("{}: heights\n", path.display());
-    field(&mut text, "size", format!("{} × {}", plane.width, plane.height));
+    field(&mut text, "posts", format!("{} × {}", plane.width, plane.height));
     field(&mut text, "range", format!("{low} to {high}"));
     field(&mut text, "voids", format!("{} filled from their neighbours", height.filled_voids));
     if let Some(spacing) = height.metres_per_pixel {
-        field(&mut text, "pixel", format!("{} m", numbers(spacing)));
+        field(&mut text, "spacing", format!("{} m", numbers(spacing)));
     }
     let json = json!({
         "kind": "heights", "width": plane.width, "height": plane.height, "range": [low, high],

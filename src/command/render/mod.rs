@@ -1,5 +1,6 @@
 //! `halflight render`: from a scene or a bare asset to pictures.
 
+mod exposure;
 mod layers;
 mod options;
 mod shot;

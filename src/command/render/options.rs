@@ -15,7 +15,8 @@ pub(crate) struct RenderArgs {
     /// A scene file (.toml), a bare asset (a mesh, a height field, a measured material), or demo:NAME
     pub(super) scene: PathBuf,
     /// The picture: .exr (radiance and layers), .hdr (radiance) or .png (what a screen shows). In a sequence
-    /// `####` becomes the frame's number [default: the scene's name with .png, in the current folder]
+    /// `####` becomes the frame's number. Missing folders are made [default: the scene's name with .png, in the
+    /// current folder]
     #[arg(short, long, value_name = "FILE")]
     pub(super) output: Option<PathBuf>,
     /// How to render: a technique's name, with settings if you like (path:max_depth=2,clamp=10)
@@ -58,7 +59,8 @@ pub(crate) struct RenderArgs {
     /// Store an .exr in half precision
     #[arg(long, help_heading = "Picture")]
     pub(super) half: bool,
-    /// Exposure of a .png in stops: +1 doubles the light [default: the scene's]
+    /// Exposure of a .png in stops: +1 doubles the light [default: the scene's; of a bare environment map, what brings
+    /// the picture to middle grey]
     #[arg(long, value_name = "EV", value_parser = finite, allow_negative_numbers = true, help_heading = "Picture")]
     pub(super) exposure: Option<f64>,
     /// How a .png shows light that is brighter than white [default: the scene's]

@@ -1,14 +1,16 @@
 //! One picture after another, with the same scene, technique and settings.
 
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use halflight_image::Picture;
 use halflight_render::{Budget, Film, Technique, features};
 
+use super::exposure;
 use super::options::RenderArgs;
 use crate::command::console::Console;
 use crate::command::failure::Failure;
-use crate::command::output::{self, Encoding};
+use crate::command::output::{self, Encoding, Format};
 use crate::command::parse::Size;
 use crate::command::progress::{self, Checkpoint, Meter};
 use crate::command::resources;
@@ -153,7 +155,7 @@ impl<'a> Studio<'a> {
         let layer_rays = if kept.interrupted { INTERRUPTED_LAYER_RAYS } else { features::MAX_RAYS };
         features::add_layers(&frame, &mut film, self.args.seed, &self.layers, layer_rays);
         let picture = self.with_metadata(film.picture(), shot, &kept);
-        output::save(&shot.output, &picture, &self.encoding())?;
+        output::save(&shot.output, &picture, &self.encoding(&film, &shot.output)?)?;
         kept.written = true;
         Ok(kept)
     }
@@ -167,12 +169,26 @@ impl<'a> Studio<'a> {
         }
     }
 
-    fn encoding(&self) -> Encoding {
-        Encoding {
-            exposure_ev: self.args.exposure.map_or_else(|| self.stage.exposure_ev(), |ev| ev as f32),
+    /// How the picture is written; says so where the exposure is chosen by what it shows.
+    fn encoding(&self, film: &Film, output: &Path) -> Result<Encoding, Failure> {
+        let of_scene = self.stage.exposure_ev();
+        let is_automatic = exposure::is_automatic(&self.args.scene) && of_scene == 0.0;
+        let exposure_ev = match self.args.exposure {
+            Some(ev) => ev as f32,
+            None if is_automatic && Format::of(output)? == Format::Png => {
+                let ev = exposure::automatic(&film.image());
+                let text =
+                    format!("exposure {ev:+.1} EV, by the mean of the picture (--exposure sets another)");
+                self.console.note(&text);
+                ev
+            }
+            None => of_scene,
+        };
+        Ok(Encoding {
+            exposure_ev,
             tone: self.args.tone.unwrap_or_else(|| self.stage.tone()),
             half: self.args.half,
-        }
+        })
     }
 
     /// Everything that must be the same for the samples to be the same.
