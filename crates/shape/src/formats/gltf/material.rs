@@ -166,7 +166,9 @@ impl Materials {
         if let Some(transform) = transform {
             let scale = Vec2::from(transform.scale.unwrap_or([1.0; 2]));
             let offset = Vec2::from(transform.offset.unwrap_or([0.0; 2]));
-            // The matrix of the extension's text, whose columns are (cos, −sin) and (sin, cos).
+            // Counter-clockwise as seen, with v downwards: so the extension's words and its example have it (the lower
+            // left quarter, turned clockwise), and viewers. Its matrix, taken by columns as GLSL does, would turn the
+            // other way.
             let (sin, cos) = transform.rotation.sin_cos();
             let turn = Mat2::from_cols(Vec2::new(cos, -sin), Vec2::new(sin, cos));
             converted.uv_transform =

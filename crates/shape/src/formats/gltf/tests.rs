@@ -230,6 +230,32 @@ fn materials_are_read_with_their_extensions() {
 }
 
 #[test]
+fn the_example_of_the_texture_transform_shows_the_lower_left_quarter_turned_clockwise() {
+    let mut file = File::square();
+    file.json["images"] = json!([{"uri": "data:image/png;base64,AAAA"}]);
+    file.json["samplers"] = json!([{"magFilter": 9728}]);
+    file.json["textures"] = json!([{"source": 0, "sampler": 0}, {"source": 0}]);
+    file.json["materials"] = json!([{"emissiveTexture": {"index": 1}, "pbrMetallicRoughness": {"baseColorTexture":
+        {"index": 0, "extensions": {"KHR_texture_transform":
+            {"offset": [0, 1], "rotation": std::f32::consts::FRAC_PI_2, "scale": [0.5, 0.5]}}}}}]);
+    file.primitive()["material"] = json!(0);
+    let material = file.model().materials.remove(0);
+    let texture = material.base_color_texture.expect("it has one");
+    // Corners of the square from its upper left on, to right and down: what stood upright lies on its right side.
+    for (corner, expected) in [
+        (Vec2::ZERO, Vec2::new(0.0, 1.0)),
+        (Vec2::X, Vec2::new(0.0, 0.5)),
+        (Vec2::ONE, Vec2::new(0.5, 0.5)),
+        (Vec2::Y, Vec2::new(0.5, 1.0)),
+    ] {
+        let found = texture.uv_transform.transform_point2(corner);
+        assert!(found.distance(expected) < 1e-6, "{corner} shows {found}");
+    }
+    assert!(texture.nearest, "so its sampler says");
+    assert!(!material.emissive_texture.expect("it has one").nearest);
+}
+
+#[test]
 fn nodes_carry_their_children_cameras_and_lights() {
     let mut file = File::square();
     file.json["nodes"] = json!([

@@ -122,6 +122,9 @@ illum 3
 newmtl leaf
 map_Kd leaf.png
 map_d leaf.png
+newmtl holes
+map_Kd wood grain.png
+map_d leaf.png
 newmtl curtain
 Tr 0.25
 ";
@@ -147,7 +150,7 @@ fn materials_are_slots_by_first_use() {
 
 #[test]
 fn materials_become_metallic_roughness() {
-    let names = ["plain", "shiny", "glass", "gold", "leaf", "curtain", "none"];
+    let names = ["plain", "shiny", "glass", "gold", "leaf", "holes", "curtain", "none"];
     // Each material needs a face, or it is never used.
     let used: String = names.iter().map(|name| format!("usemtl {name}\nf 1 2 3\n")).collect();
     let model = with_materials(&used).expect("fine");
@@ -179,7 +182,11 @@ fn materials_become_metallic_roughness() {
     assert_eq!((gold.metallic, gold.base_color.z), (1.0, 0.3));
     assert_eq!(by_name("leaf").alpha_mode, AlphaMode::Mask { cutoff: 0.5 });
     assert_eq!((by_name("curtain").alpha_mode, by_name("curtain").base_color.w), (AlphaMode::Blend, 0.75));
+    let holes = by_name("holes").opacity_texture.as_ref().expect("a picture of its own");
+    assert_eq!(by_name("holes").alpha_mode, AlphaMode::Mask { cutoff: 0.5 });
+    assert!(model.images.len() > holes.image && by_name("leaf").opacity_texture.is_none());
     assert_eq!(by_name("none").base_color.x, 0.8);
+    assert!(by_name("none").stand_in && !by_name("plain").stand_in);
     assert!(model.warnings[0].contains("`none`"), "{:?}", model.warnings);
 }
 
