@@ -104,6 +104,7 @@ impl Stage {
             size: changes.size.map(|size| [size.width as u32, size.height as u32]),
             set: of_scene,
             simd,
+            ..LoadOptions::default()
         };
         let scene = match demo::built_in(path)? {
             Some(demo) => load_text(demo, &options)?,

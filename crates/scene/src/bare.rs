@@ -16,7 +16,7 @@ use crate::build::{
 use crate::camera::FieldOfView;
 use crate::framing::{self, Outline};
 use crate::lights::Environment;
-use crate::scene::{LoadOptions, Scene, apply_settings, outline};
+use crate::scene::{LoadOptions, Scene, Up, apply_settings, outline};
 use crate::schema::{FilePath, Problem, Table};
 use crate::spec::{self, SceneSpec};
 
@@ -51,7 +51,7 @@ pub(crate) fn load(path: &Path, options: &LoadOptions) -> Result<Scene, SceneErr
         None => None,
     };
     let stage = match extension.as_str() {
-        known if MODELS.contains(&known) => model(path, material, &mut builder)?,
+        known if MODELS.contains(&known) => model(path, material, options.up, &mut builder)?,
         known if HEIGHTS.contains(&known) => heights(path, material, &mut builder)?,
         known if LIGHT.contains(&known) => environment(path, &mut builder)?,
         "binary" => measured(path, &mut builder)?,
@@ -180,7 +180,12 @@ fn exposure(material: &Material) -> f32 {
 /// The lens of bare assets: long enough that nothing looks distorted.
 const LENS: FieldOfView = FieldOfView::Vertical(0.50);
 
-fn model(path: &Path, material: Option<MaterialEntry>, builder: &mut Builder) -> Result<Stage, SceneError> {
+fn model(
+    path: &Path,
+    material: Option<MaterialEntry>,
+    up: Up,
+    builder: &mut Builder,
+) -> Result<Stage, SceneError> {
     let mut model = builder.bare_model(path)?;
     if !model.lights.is_empty() {
         builder.warnings.push(format!(
@@ -211,12 +216,16 @@ fn model(path: &Path, material: Option<MaterialEntry>, builder: &mut Builder) ->
     });
     let file = FilePath::direct(path);
     let (form, materials) = builder.place_model(&name, &model, &file, None, (0.0, 1.0, true), material);
-    let camera = model.cameras.first();
+    // A camera of the file would have to turn with it; a model that lies on its side is framed anew.
+    let camera = model.cameras.first().filter(|_| up == Up::Y);
+    let place = match up {
+        Up::Y => Affine3A::IDENTITY,
+        Up::Z => build::facing_up(),
+    };
     let field_of_view = camera.map_or(LENS, |camera| FieldOfView::Vertical(camera.vertical_fov));
     let camera = camera.map(|camera| Placement::Node(Arc::clone(&model), camera.node));
     let exposure_ev = materials.iter().map(|&m| exposure(&builder.materials[m as usize])).fold(0.0, f32::min);
-    let object =
-        Object { name, form, materials, places: vec![Affine3A::IDENTITY], track: None, ground: false };
+    let object = Object { name, form, materials, places: vec![place], track: None, ground: false };
     Ok(Stage { objects: vec![object], ground: true, environment: None, camera, field_of_view, exposure_ev })
 }
 

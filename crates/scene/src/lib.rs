@@ -28,7 +28,7 @@ pub use describe::{Description, describe};
 pub use error::SceneError;
 pub use frame::Frame;
 pub use posed::PosedObject;
-pub use scene::{LoadOptions, Scene};
+pub use scene::{LoadOptions, Scene, Up};
 
 /// The material that a text describes, as `--material` takes it: the name of a measured file, a metal, or a type and
 /// its keys.

@@ -13,6 +13,16 @@ use crate::schema::{Kind, Origin, Problem, Source, Table, Value};
 use crate::spec::{self, ImageSpec, SceneSpec};
 use crate::{bare, build};
 
+/// Which axis of a bare model points up.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Up {
+    /// +y, as in glTF and in scenes.
+    #[default]
+    Y,
+    /// +z, as of programs that design and print: the model is turned so that its z becomes y and its y goes back.
+    Z,
+}
+
 /// What a command may change about a scene while it is loaded.
 #[derive(Clone, Debug)]
 pub struct LoadOptions {
@@ -25,13 +35,22 @@ pub struct LoadOptions {
     pub size: Option<[u32; 2]>,
     /// Settings as `key=value`; see [`Table::assign`].
     pub set: Vec<String>,
+    /// Which axis of a bare model points up; other assets and scene files do not ask.
+    pub up: Up,
     /// The instructions that rays are traced with.
     pub simd: Simd,
 }
 
 impl Default for LoadOptions {
     fn default() -> Self {
-        Self { environment: None, material: None, size: None, set: Vec::new(), simd: Simd::detect() }
+        Self {
+            environment: None,
+            material: None,
+            size: None,
+            set: Vec::new(),
+            up: Up::Y,
+            simd: Simd::detect(),
+        }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3};
 use halflight_scene::lights::Arrival;
-use halflight_scene::{Frame, LoadOptions, Scene};
+use halflight_scene::{Frame, LoadOptions, Scene, Up};
 
 /// Three lights, each at a node of its own, and a triangle.
 const LIGHTS: &str = r#"{
@@ -105,4 +105,18 @@ fn bright_bare_models_are_exposed_below_white() {
     };
     assert!((load(&[]) + 1.0).abs() < 1e-5, "{}", load(&[]));
     assert_eq!(load(&["image.exposure_ev=0.5"]), 0.5, "what is asked for counts");
+}
+
+#[test]
+fn a_bare_model_whose_z_points_up_is_stood_up() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("a.obj");
+    // A triangle in x and z, three high and one wide.
+    std::fs::write(&path, "v 0 0 0\nv 1 0 0\nv 0 0 3\nf 1 2 3\n").expect("written");
+    for (up, height) in [(Up::Y, 0.0), (Up::Z, 3.0)] {
+        let options = LoadOptions { up, ..LoadOptions::default() };
+        let scene = Scene::load(&path, &options).unwrap_or_else(|error| panic!("{error}"));
+        let (low, high) = scene.at(0.0).expect("a frame").bounds;
+        assert!((high.y - low.y - height).abs() < 1e-3, "{up:?}: {low} to {high}");
+    }
 }
