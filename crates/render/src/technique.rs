@@ -93,6 +93,9 @@ pub struct RenderReport {
     pub relative_error: Option<f64>,
     /// Approximations in force and what was left out, in words for the user.
     pub notes: Vec<String>,
+    /// Wall time of the stages of the work, summed over samples, in the order in which they come; empty for techniques
+    /// that have but one.
+    pub stages: Vec<(&'static str, Duration)>,
 }
 
 /// A deadline that may be absent.

@@ -162,8 +162,9 @@ impl Scene {
         match (&object.form, geometry) {
             (Form::Rectangle, _) => add(EmitterShape::Rectangle, 0, 0),
             (Form::Disk, _) => add(EmitterShape::Disk, 0, 0),
-            (Form::Spheres(spheres, _), _) => {
-                for (index, &(center, radius)) in spheres.iter().enumerate() {
+            (_, Geometry::Spheres(tracer)) => {
+                for (index, sphere) in tracer.spheres().iter().enumerate() {
+                    let (center, radius) = (sphere.center, sphere.radius);
                     add(EmitterShape::Sphere { center, radius }, 0, index as u32);
                 }
             }
@@ -223,6 +224,8 @@ fn parts(object: &Object, times: [f64; 2]) -> Result<Vec<Part>, SceneError> {
         Form::Spheres(spheres, tracer) => {
             one(Arc::clone(tracer.get_or_init(|| Arc::new(geometry::spheres(spheres)))))
         }
+        // Each moves in its own way, and none of them while the shutter is open.
+        Form::MovingSpheres(spheres) => one(Arc::new(geometry::spheres(&spheres.at(times[0])))),
         Form::Rectangle => one(Arc::new(geometry::rectangle())),
         Form::Disk => one(Arc::new(geometry::disk())),
         Form::Heights(HeightSource::Still(field), tracer) => {

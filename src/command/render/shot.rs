@@ -1,5 +1,6 @@
 //! One picture after another, with the same scene, technique and settings.
 
+use std::cell::RefCell;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -30,6 +31,8 @@ pub(super) struct Studio<'a> {
     pub(super) size: Size,
     layers: Vec<&'static str>,
     console: Console,
+    /// What the technique last said of its approximations.
+    said: RefCell<Vec<String>>,
 }
 
 /// Where a resumed sequence begins, and with what.
@@ -75,6 +78,7 @@ impl<'a> Studio<'a> {
             size,
             layers,
             console,
+            said: RefCell::default(),
         })
     }
 
@@ -130,6 +134,12 @@ impl<'a> Studio<'a> {
         let cpu_after = resources::cpu_seconds();
         meter.finish();
         let report = result?;
+        if *self.said.borrow() != report.notes {
+            for note in &report.notes {
+                self.console.note(&format!("{}: {note}", self.args.technique.name));
+            }
+            self.said.replace(report.notes);
+        }
         let mut kept = Kept {
             samples: film.mean_samples(),
             interrupted: report.interrupted,

@@ -32,6 +32,9 @@ pub(crate) fn environment(spec: &EnvironmentSpec, builder: &mut Builder) -> Opti
         EnvironmentKind::Image(image) => map(&image.file, image.layout, builder)?,
     };
     let common = &spec.0.common;
+    // The reader has checked the number of bands.
+    let limited = common.bands.and_then(|bands| map.band_limited(bands).ok());
+    let map = limited.map_or(map, Arc::new);
     let rotation = (common.rotation_degrees % 360.0).to_radians();
     Some(Environment { map, rotation, intensity: common.intensity.0 })
 }

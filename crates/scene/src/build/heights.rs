@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
-use glam::Vec2;
+use glam::{Vec2, Vec3};
 use halflight_file::LoadError;
 use halflight_image::{HeightImage, Plane, load_height};
 use halflight_shape::procedural::{
-    BumpPath, FractalTerrain, MovingBump, Ocean, OceanSettings, OceanSpectrum, ProceduralHeight, SineTerm,
+    BumpPath, DentedGround, FractalTerrain, MovingBump, Ocean, OceanSettings, OceanSpectrum, ProceduralHeight, SineTerm,
     SumOfSines,
 };
 use halflight_shape::{HeightField, HeightFieldError};
@@ -193,6 +193,11 @@ impl Builder {
                 let base = Arc::new(ProceduralHeight::SumOfSines(sines(&s.waves)));
                 ProceduralHeight::MovingBump(MovingBump { height: s.bump_height, sigma: s.sigma, path, base })
             }
+            HeightKind::Dented(s) => ProceduralHeight::Dented(DentedGround {
+                radius: s.radius,
+                path: s.path.iter().map(|&[time, x, y, z]| (time, Vec3::new(x, y, z))).collect(),
+                base: Arc::new(ProceduralHeight::SumOfSines(sines(&s.waves))),
+            }),
         };
         let half = 0.5 * spec.extent.unwrap_or(Vec2::splat(10.0));
         let posts = spec.posts.map(|n| n as usize);

@@ -10,6 +10,7 @@ mod lights;
 mod materials;
 mod meshes;
 mod model_materials;
+mod node_spheres;
 mod shapes;
 
 use std::collections::HashMap;

@@ -9,12 +9,14 @@ use halflight_shape::{Model, TriangleMesh};
 use halflight_trace::Geometry;
 
 use super::meshes::Finish;
+use super::node_spheres::NodeSpheres;
 use super::{Builder, HeightSource, MaterialEntry, MeshPart, ModelShape};
 use crate::geometry;
 use crate::motion::Track;
-use crate::schema::{At, FilePath, Problem};
+use crate::schema::{At, FilePath, Origin, Problem};
 use crate::spec::{
-    GeneratedName, GeneratedSpec, MeshSpec, Shading, ShapeKind, ShapeSpec, TransformSpec, TrianglesSpec,
+    GeneratedName, GeneratedSpec, MeshSpec, Shading, ShapeKind, ShapeSpec, SpheresSpec, TransformSpec,
+    TrianglesSpec,
 };
 
 /// Something that can be seen, as a function of time.
@@ -36,6 +38,8 @@ pub(crate) enum Form {
     Mesh(MeshPart),
     Model(Box<ModelShape>),
     Spheres(Vec<(Vec3, f32)>, OnceLock<Arc<Geometry>>),
+    /// Spheres that move one by one.
+    MovingSpheres(NodeSpheres),
     /// The square [−1, 1]² of the xy-plane, facing +z.
     Rectangle,
     /// The unit disk of the xy-plane, facing +z.
@@ -107,7 +111,7 @@ impl Builder {
     /// Says what a shape cannot do.
     fn notices(&mut self, name: &str, form: &Form, materials: &[u32], material: Option<&MaterialEntry>) {
         let displaced = material.is_some_and(|entry| entry.displacement.is_some());
-        if displaced && matches!(form, Form::Spheres(..) | Form::Heights(..)) {
+        if displaced && matches!(form, Form::Spheres(..) | Form::MovingSpheres(_) | Form::Heights(..)) {
             self.warnings.push(format!(
                 "{name}: the displacement is left out: `spheres` and height fields have no vertices to move; \
                  use a `sphere`, or a mesh"
@@ -179,16 +183,7 @@ impl Builder {
             ShapeKind::Sphere(spec) => {
                 (Form::Spheres(vec![(spec.center, spec.radius)], OnceLock::new()), one(self), still, false)
             }
-            ShapeKind::Spheres(spec) => {
-                if let Some(bad) = spec.spheres.iter().find(|sphere| sphere[3] <= 0.0) {
-                    let message = format!("a sphere's radius must be greater than 0, found {}", bad[3]);
-                    self.reader.report(Problem::new(&spec.spheres.origin, message));
-                    return None;
-                }
-                let spheres =
-                    spec.spheres.iter().map(|&[x, y, z, radius]| (Vec3::new(x, y, z), radius)).collect();
-                (Form::Spheres(spheres, OnceLock::new()), one(self), still, false)
-            }
+            ShapeKind::Spheres(spec) => (self.spheres(spec, &shape.origin)?, one(self), still, false),
             ShapeKind::Rectangle(spec) => {
                 (Form::Rectangle, one(self), scaled(0.5 * spec.size.x, 0.5 * spec.size.y), false)
             }
@@ -273,6 +268,35 @@ impl Builder {
         self.note_file(path);
         self.warnings.extend(model.warnings.iter().cloned());
         Ok(model)
+    }
+
+    /// Spheres that are written down, or nodes of a file.
+    fn spheres(&mut self, spec: &SpheresSpec, origin: &Origin) -> Option<Form> {
+        let list = match (&spec.spheres, &spec.file) {
+            (Some(list), None) => list,
+            (None, Some(file)) => {
+                let model = self.model(file)?;
+                let spheres = NodeSpheres::new(model);
+                if spheres.is_empty() {
+                    let message = "this file has no nodes that could be spheres";
+                    self.reader.report(Problem::new(&file.origin, message));
+                    return None;
+                }
+                return Some(Form::MovingSpheres(spheres));
+            }
+            _ => {
+                let problem = Problem::new(origin, "expected either `spheres` or `file`");
+                self.reader.report(problem.help("as in spheres = [[0, 0.5, 0, 0.5]]: x, y, z and radius of each"));
+                return None;
+            }
+        };
+        if let Some(bad) = list.iter().find(|sphere| sphere[3] <= 0.0) {
+            let message = format!("a sphere's radius must be greater than 0, found {}", bad[3]);
+            self.reader.report(Problem::new(&list.origin, message));
+            return None;
+        }
+        let spheres = list.iter().map(|&[x, y, z, radius]| (Vec3::new(x, y, z), radius)).collect();
+        Some(Form::Spheres(spheres, OnceLock::new()))
     }
 
     fn triangles(&mut self, spec: &TrianglesSpec) -> Option<TriangleMesh> {
@@ -363,6 +387,7 @@ impl Form {
             Self::Model(model) => {
                 model.meshes(time).iter().flat_map(|(mesh, place)| of_mesh(mesh, place)).collect()
             }
+            Self::MovingSpheres(spheres) => Self::Spheres(spheres.at(time), OnceLock::new()).outline(time),
             Self::Spheres(spheres, _) => {
                 let around = [Vec3::X, Vec3::Y, Vec3::Z, Vec3::NEG_X, Vec3::NEG_Y, Vec3::NEG_Z];
                 let corners = around.into_iter().chain(diagonals());
@@ -385,6 +410,7 @@ impl Form {
     pub(crate) fn is_animated(&self) -> bool {
         match self {
             Self::Model(model) => model.is_animated(),
+            Self::MovingSpheres(spheres) => spheres.is_animated(),
             Self::Heights(source, _) => source.is_animated(),
             _ => false,
         }
@@ -422,6 +448,7 @@ impl Object {
     pub(crate) fn duration(&self) -> Option<f64> {
         let of_form = match &self.form {
             Form::Model(model) => model.duration(),
+            Form::MovingSpheres(spheres) => spheres.duration(),
             _ => None,
         };
         let of_track = self.track.as_ref().filter(|track| track.moves()).map(Track::end);

@@ -159,6 +159,22 @@ record! {
 }
 
 record! {
+    /// Ground that a ball presses in.
+    pub struct DentedSpec, "dented ground" {
+        /// Radius of the ball.
+        #[unit = "metres"]
+        #[example = "0.8"]
+        radius: f32 = 0.5 => positive(),
+        /// Where the middle of the ball is: for each time in seconds x, y and z. Between them it goes in straight lines.
+        #[example = "[[0, -2, 0.9, 0], [1, 2, 0.9, 0]]"]
+        path: Vec<[f32; 4]>,
+        /// Plane waves that the ground has before.
+        #[example = "[{ amplitude = 0.1, kx = 3 }]"]
+        waves: Vec<SineSpec>,
+    }
+}
+
+record! {
     /// Pictures of heights in time.
     pub struct ImageSequenceSpec, "image sequence" {
         /// The pictures, all of one size; `#` stands for the digits of the number.
@@ -198,6 +214,8 @@ variants! {
         "ocean" => Ocean(OceanSpec),
         /// A hill that travels over waves.
         "moving-bump" => MovingBump(BumpSpec),
+        /// Ground that a ball has pressed in wherever it was until then, and that stays so.
+        "dented" => Dented(DentedSpec),
         /// A picture for each time.
         "image-sequence" => Sequence(ImageSequenceSpec) if "files",
     }

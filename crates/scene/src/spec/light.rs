@@ -29,6 +29,10 @@ record! {
         /// Multiplies the light; a colour tints it.
         #[example = "2.5"]
         intensity: Color = Color::grey(1.0) => at_least(0.0),
+        /// Keeps only so many bands of spherical harmonics, softened until nothing is negative: the light that
+        /// techniques of a few bands see, to compare them with path tracing under the same light.
+        #[example = "4"]
+        bands: Option<u32> => within(1.0, 8.0),
     }
 }
 

@@ -139,7 +139,11 @@ record! {
         /// For each its middle and its radius.
         #[unit = "metres"]
         #[example = "[[0, 0.5, 0, 0.5], [1, 0.2, 0, 0.2]]"]
-        spheres: At<Vec<[f32; 4]>>,
+        spheres: Option<At<Vec<[f32; 4]>>>,
+        /// Instead of them: a `.gltf` or `.glb` whose nodes without children are the spheres, about their origins and with
+        /// their scales as radii. They move with its animation, which plays once; an open shutter does not blur them.
+        #[example = "\"marbles.glb\""]
+        file: Option<FilePath>,
     }
 }
 

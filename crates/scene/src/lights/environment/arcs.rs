@@ -5,7 +5,7 @@ use std::f32::consts::{FRAC_PI_2, PI};
 /// acos with an absolute error below 1e-6 radians (Abramowitz and Stegun 4.4.46).
 pub(super) fn fast_acos(x: f32) -> f32 {
     let a = x.abs().min(1.0);
-    let p = 1.570_796_3
+    let p = FRAC_PI_2
         + a * (-0.214_598_8
             + a * (0.088_978_99
                 + a * (-0.050_174_303

@@ -5,6 +5,7 @@
 //! right, the top row is +y. Radiance is interpolated bilinearly, periodic in u and clamped in v.
 
 mod arcs;
+mod band_limit;
 mod prefetch;
 mod table;
 mod texels;
