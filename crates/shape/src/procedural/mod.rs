@@ -1,6 +1,7 @@
 //! Geometry from formulas: height fields that are functions of time, and meshes.
 
 mod bump;
+mod dented;
 mod fractal;
 pub mod mesh;
 mod noise;
@@ -15,6 +16,7 @@ use rayon::prelude::*;
 use crate::height_field::{HeightField, HeightFieldError};
 
 pub use bump::{BumpPath, MovingBump};
+pub use dented::DentedGround;
 pub use fractal::FractalTerrain;
 pub use ocean::{Ocean, OceanSettings, OceanSpectrum};
 pub use sines::{SineTerm, SumOfSines};
@@ -42,6 +44,8 @@ pub enum ProceduralHeight {
     Ocean(Arc<Ocean>),
     /// A hill that travels.
     MovingBump(MovingBump),
+    /// Ground that a ball presses in.
+    Dented(DentedGround),
 }
 
 impl ProceduralHeight {
@@ -78,7 +82,7 @@ impl ProceduralHeight {
         match self {
             Self::Flat(_) | Self::FractalTerrain(_) => false,
             Self::SumOfSines(sines) => sines.terms.iter().any(|term| term.angular_speed != 0.0),
-            Self::Ocean(_) | Self::MovingBump(_) => true,
+            Self::Ocean(_) | Self::MovingBump(_) | Self::Dented(_) => true,
         }
     }
 
@@ -93,6 +97,7 @@ impl ProceduralHeight {
             Self::FractalTerrain(terrain) => terrain.validate(),
             Self::Ocean(_) => Ok(()),
             Self::MovingBump(bump) => bump.validate(),
+            Self::Dented(ground) => ground.validate(),
         }
     }
 
@@ -103,6 +108,7 @@ impl ProceduralHeight {
             Self::FractalTerrain(terrain) => terrain.fill(grid, heights),
             Self::Ocean(ocean) => ocean.fill(grid, time_seconds, heights),
             Self::MovingBump(bump) => bump.fill(grid, time_seconds, heights),
+            Self::Dented(ground) => ground.fill(grid, time_seconds, heights),
         }
     }
 }
