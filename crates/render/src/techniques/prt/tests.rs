@@ -1,0 +1,1 @@
+//! Transfer against what it should be.
