@@ -1,5 +1,7 @@
 //! The spheres that block light: those that are in the scene, and those that stand for its meshes.
 
+use std::ops::Range;
+
 use glam::{Affine3A, Vec3};
 use halflight_scene::{Frame, Scene};
 use halflight_sh::attenuation::Cap;
@@ -13,6 +15,12 @@ use crate::technique::Progress;
 
 /// Meshes thinner than this part of their extent are taken for flat: they receive shadows and throw none.
 const FLAT: f32 = 1e-3;
+
+/// ε of the closed form log ε · cap for the spheres of a body. Weights 1/m_b make the sum of the caps about 1 where the
+/// body is, so ε is what is left visible through it. Measured on balls filled with 20 to 100 spheres and on chains,
+/// from 1.05 to 2.5 radii: mean error of the irradiance 0.4 to 10 %; the log table of single spheres, which knows
+/// nothing of neighbours, 1.2 to 14 %; ε = 0.2 0.4 to 13 %; ε = 0.05 1 to 8 %, but too dark from afar.
+pub(super) const BODY_EPSILON: f64 = 0.1;
 
 /// What stands for an object of the scene.
 struct Body {
@@ -33,11 +41,15 @@ pub(super) struct Bodies {
 
 /// The blockers of one frame.
 pub(super) struct Blockers {
-    pub(super) spheres: Vec<SphereBlocker>,
+    /// Spheres that fill bodies, each of weight 1/m_b: together they are one solid thing, so what they hide is
+    /// taken for a union (see [`BODY_EPSILON`]).
+    pub(super) bodies: Vec<SphereBlocker>,
+    /// Spheres of the scene itself, whose overlap is in part by chance: weighed at each point.
+    pub(super) scattered: Vec<SphereBlocker>,
+    /// m_b of the scattered ones.
     pub(super) multiplicities: Vec<f32>,
-    /// Spheres of objects that are scattered spheres, whose overlap is in part by chance: weighed at each point.
-    /// The others fill one body and weigh 1/m_b wherever they are seen from.
-    pub(super) scattered: Vec<std::ops::Range<usize>>,
+    /// The scattered ones of each object.
+    pub(super) groups: Vec<Range<usize>>,
     /// For each instance of the world the owner of its first primitive, and whether primitives are counted on.
     owners: Vec<(f32, bool)>,
 }
@@ -91,9 +103,10 @@ impl Bodies {
     /// All blockers where they are in a frame.
     pub(super) fn pose(&self, frame: &Frame, attenuation: bool) -> Blockers {
         let mut blockers = Blockers {
-            spheres: Vec::new(),
-            multiplicities: Vec::new(),
+            bodies: Vec::new(),
             scattered: Vec::new(),
+            multiplicities: Vec::new(),
+            groups: Vec::new(),
             owners: vec![(-1.0, false); frame.world.instances().len()],
         };
         let mut owner = 0.0;
@@ -101,15 +114,10 @@ impl Bodies {
             if let Some(body) = self.bodies.iter().find(|body| body.object == posed.object) {
                 let set = body.set.posed(&posed.joints);
                 for place in &posed.places {
-                    for ((center, radius), multiplicity) in set.spheres().zip(&body.multiplicities) {
-                        blockers.add(
-                            place,
-                            (center, radius),
-                            owner,
-                            if attenuation { 1.0 / multiplicity } else { 1.0 },
-                        );
+                    for (sphere, multiplicity) in set.spheres().zip(&body.multiplicities) {
+                        let weight = if attenuation { 1.0 / multiplicity } else { 1.0 };
+                        blockers.bodies.push(blocker(place, sphere, owner, weight));
                     }
-                    blockers.multiplicities.extend(&body.multiplicities);
                 }
                 // Copies share an owner: a point inside a sphere of another copy is as good as inside its own.
                 for instance in posed.instances.clone() {
@@ -123,12 +131,13 @@ impl Bodies {
                     let shown = &frame.world.instances()[instance as usize];
                     let Geometry::Spheres(tracer) = shown.geometry.as_ref() else { continue };
                     blockers.owners[instance as usize] = (owner, true);
-                    let first = blockers.spheres.len();
+                    let first = blockers.scattered.len();
                     for sphere in tracer.spheres() {
-                        blockers.add(&shown.transform.open, (sphere.center, sphere.radius), owner, 1.0);
+                        let sphere = (sphere.center, sphere.radius);
+                        blockers.scattered.push(blocker(&shown.transform.open, sphere, owner, 1.0));
                         owner += 1.0;
                     }
-                    blockers.scattered.push(first..blockers.spheres.len());
+                    blockers.groups.push(first..blockers.scattered.len());
                     blockers.multiplicities.extend(multiplicities);
                 }
             }
@@ -137,15 +146,15 @@ impl Bodies {
     }
 }
 
+fn blocker(place: &Affine3A, (center, radius): (Vec3, f32), owner: f32, weight: f32) -> SphereBlocker {
+    let scale = place.matrix3.determinant().abs().cbrt();
+    SphereBlocker { center: axes(place.transform_point3(center)), radius: radius * scale, weight, owner }
+}
+
 impl Blockers {
-    fn add(&mut self, place: &Affine3A, (center, radius): (Vec3, f32), owner: f32, weight: f32) {
-        let scale = place.matrix3.determinant().abs().cbrt();
-        self.spheres.push(SphereBlocker {
-            center: axes(place.transform_point3(center)),
-            radius: radius * scale,
-            weight,
-            owner,
-        });
+    /// How many spheres there are.
+    pub(super) fn len(&self) -> usize {
+        self.bodies.len() + self.scattered.len()
     }
 
     /// The body that a hit belongs to; negative for none.

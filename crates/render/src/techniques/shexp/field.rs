@@ -1,7 +1,8 @@
 //! What a height field hides, in spherical harmonics: a pyramid of mean heights, marched in sixteen directions.
 //!
-//! For each azimuth φ_k the horizon is the largest elevation σ_k = max_τ atan((h(x + τ u_k) − z)/τ), at least 0 (the
-//! base plane goes on forever). Steps grow by half an octave, τ_i = τ₀ 2^(i/2), and read the pyramid at level
+//! For each azimuth φ_k the horizon is the largest elevation σ_k = max_τ atan((h(x + τ u_k) − z)/τ) up to the border of the
+//! field, where a last step is taken: a point high above sees the sky below the horizontal, past the border. (The
+//! seed's base plane goes on forever, so its σ_k are at least 0; a field of a scene ends.) Steps grow by half an octave, τ_i = τ₀ 2^(i/2), and read the pyramid at level
 //! i/2 + log₂ κ, so a far step reads a mean over what it stands for. With κ = 1/8 all levels are multiples of ½, and the
 //! pyramid keeps those halfway as well: one bilinear look-up for each step. What is hidden, from straight down to
 //! the horizon, has with linear interpolation between azimuths (Δ = 2π/N)
@@ -25,8 +26,10 @@ use rayon::prelude::*;
 pub(super) const AZIMUTHS: usize = 16;
 /// κ = 2^−3.
 const KAPPA_OCTAVES: i32 = 3;
-/// Entries of the table of J over sin σ from 0 to 1.
-const ENTRIES: usize = 257;
+/// Entries of the table of J over sin σ from −1 to 1.
+const ENTRIES: usize = 513;
+/// The slope of straight down, for lanes where the field has not been met.
+const DOWN: f32 = -1e6;
 
 /// J and the azimuths, once for an order.
 pub(super) struct WedgeTable<const ORDER: usize> {
@@ -57,10 +60,10 @@ impl<const ORDER: usize> WedgeTable<ORDER> {
             }
             sum.clone()
         };
-        let mut table = vec![add(-std::f64::consts::FRAC_PI_2, 0.0, 512)];
+        let mut table = vec![vec![0.0; pairs]];
         for i in 1..ENTRIES {
-            let elevation = |i: usize| (i as f64 / (ENTRIES - 1) as f64).asin();
-            table.push(add(elevation(i - 1), elevation(i), 4));
+            let elevation = |i: usize| (2.0 * i as f64 / (ENTRIES - 1) as f64 - 1.0).asin();
+            table.push(add(elevation(i - 1), elevation(i), 8));
         }
         let delta = std::f64::consts::TAU / AZIMUTHS as f64;
         let scale = |m: usize| {
@@ -91,7 +94,7 @@ impl<const ORDER: usize> WedgeTable<ORDER> {
         let mut sums = [[0.0f32; AZIMUTHS]; 36];
         let pairs = ORDER * (ORDER + 1) / 2;
         for (k, &sine) in sines.iter().enumerate() {
-            let place = sine.clamp(0.0, 1.0) * (ENTRIES - 1) as f32;
+            let place = (0.5 * sine.clamp(-1.0, 1.0) + 0.5) * (ENTRIES - 1) as f32;
             let below = (place as usize).min(ENTRIES - 2);
             let t = place - below as f32;
             let (a, b) = (&self.entries[below], &self.entries[below + 1]);
@@ -236,36 +239,57 @@ impl FieldVisibility {
 
     /// sin σ_k seen from a point in the space of the field.
     fn horizon(&self, point: Vec3) -> [f32; AZIMUTHS] {
-        let mut slopes = [0.0f32; AZIMUTHS];
-        let step = self.spacing.min_element();
-        let far =
-            (self.max - self.min).length() + (self.min - Vec2::new(point.x, point.z)).abs().max_element();
-        let mut distance = step;
-        let per_metre = 1.0 / self.spacing;
+        let mut slopes = [DOWN; AZIMUTHS];
         let middle = Vec2::new(point.x, point.z);
-        let directions: [Vec2; AZIMUTHS] = AZIMUTH_DIRECTIONS;
+        let borders = AZIMUTH_DIRECTIONS.map(|direction| self.border(middle, direction));
+        let far = borders.iter().fold(0.0f32, |a, &b| a.max(b));
+        let above = self.highest - point.y;
+        let mut distance = self.spacing.min_element();
         for i in 0.. {
-            // Nothing farther away can rise above the horizon that is there already.
+            // Nothing farther away can rise above the horizons that are there already.
             let least = slopes.iter().fold(f32::INFINITY, |a, &b| a.min(b));
-            if distance > far || (self.highest - point.y) <= least * distance {
+            let most = above / if above > 0.0 { distance } else { far };
+            if distance > far || most <= least {
                 break;
             }
             let level = (i - 2 * KAPPA_OCTAVES).max(0) as usize;
             let level = &self.levels[level.min(self.levels.len() - 1)];
-            let to_level = per_metre / level.scale;
-            let shift = 0.5 / level.scale - 0.5;
-            for (slope, direction) in slopes.iter_mut().zip(&directions) {
-                let place = middle + *direction * distance;
-                let outside = place.cmplt(self.min).any() || place.cmpgt(self.max).any();
-                let height = level.at((place - self.min) * to_level + shift);
-                let rise = (height - point.y) / distance;
-                if !outside && rise > *slope {
-                    *slope = rise;
+            let (to_level, shift) = self.to_level(level);
+            for k in 0..AZIMUTHS {
+                if distance <= borders[k] {
+                    let place = middle + AZIMUTH_DIRECTIONS[k] * distance;
+                    let height = level.at((place - self.min) * to_level + shift);
+                    slopes[k] = slopes[k].max((height - point.y) / distance);
                 }
             }
             distance *= std::f32::consts::SQRT_2;
         }
+        for k in 0..AZIMUTHS {
+            if borders[k] > 0.0 && above > slopes[k] * borders[k] {
+                let texels = (borders[k] / self.spacing.min_element()).max(1.0);
+                let level = (2.0 * texels.log2()) as i32 - 2 * KAPPA_OCTAVES;
+                let level = &self.levels[(level.max(0) as usize).min(self.levels.len() - 1)];
+                let (to_level, shift) = self.to_level(level);
+                let place = middle + AZIMUTH_DIRECTIONS[k] * borders[k];
+                let height = level.at((place - self.min) * to_level + shift);
+                slopes[k] = slopes[k].max((height - point.y) / borders[k]);
+            }
+        }
         slopes.map(|slope| slope / (1.0 + slope * slope).sqrt())
+    }
+
+    /// Factor and shift from metres beyond the least corner to posts of a level.
+    fn to_level(&self, level: &Level) -> (Vec2, f32) {
+        (1.0 / (self.spacing * level.scale), 0.5 / level.scale - 0.5)
+    }
+
+    /// How far it is to the border of the field; 0 where the ray does not go over it.
+    fn border(&self, from: Vec2, direction: Vec2) -> f32 {
+        let inverse = 1.0 / direction;
+        let (a, b) = ((self.min - from) * inverse, (self.max - from) * inverse);
+        // A direction along an axis divides by zero: there the bound is infinite, or NaN on the border itself.
+        let bound = |x: f32, y: f32| if x.is_nan() || y.is_nan() { f32::INFINITY } else { x.max(y) };
+        bound(a.x, b.x).min(bound(a.y, b.y)).max(0.0)
     }
 }
 
@@ -302,7 +326,7 @@ mod tests {
     #[test]
     fn a_flat_horizon_hides_the_lower_half_and_a_level_one_a_cap() {
         let table = WedgeTable::<4>::new();
-        for sine in [0.0f32, 0.3, 0.8, 0.97] {
+        for sine in [-0.6f32, 0.0, 0.3, 0.8, 0.97] {
             let hidden = table.hidden(&[sine; AZIMUTHS]);
             // What is visible is a cap about the pole.
             let open = halflight_sh::Zh::<4>::cap(f64::from(sine).acos()).to_sh();
@@ -324,7 +348,7 @@ mod tests {
         let unscaled = |k: usize, j: usize, m: usize| {
             let x = m as f64 * delta / 2.0;
             let scale = delta * if m == 0 { 1.0 } else { (x.sin() / x).powi(2) };
-            let place = sines[k] * (ENTRIES - 1) as f32;
+            let place = (0.5 * sines[k] + 0.5) * (ENTRIES - 1) as f32;
             let (below, t) = (place as usize, place.fract());
             let entry = table.entries[below][j] * (1.0 - t) + table.entries[below + 1][j] * t;
             f64::from(entry) / scale
@@ -351,17 +375,29 @@ mod tests {
     #[test]
     fn a_wall_is_seen_where_it_stands() {
         // A wall of height 1 along x at z = 2, seen from the origin.
-        let field = HeightField::from_plane;
-        let _ = field;
         let n = 257;
         let heights: Vec<f32> =
             (0..n * n).map(|i| if (i / n) as f32 / 256.0 * 8.0 - 4.0 >= 2.0 { 1.0 } else { 0.0 }).collect();
         let field = HeightField::new(n, n, Vec2::splat(-4.0), Vec2::splat(4.0), heights).unwrap();
         let marched = FieldVisibility::new(&field, &Affine3A::IDENTITY).unwrap();
         let sines = marched.horizon(Vec3::ZERO);
-        // Towards +z; half the height at half a turn and sideways nothing.
-        assert!((sines[0] - 1.0 / 5.0f32.sqrt()).abs() < 0.06, "{sines:?}");
-        assert!(sines[8] == 0.0 && sines[4] == 0.0, "{sines:?}");
-        assert!((sines[2] - (1.0 / (1.0 + 8.0f32)).sqrt()).abs() < 0.06, "{sines:?}");
+        // Towards +z and beside it; sideways and behind nothing. A step may pass the foot of a sheer wall by half an octave.
+        assert!((sines[0] - 1.0 / 5.0f32.sqrt()).abs() < 0.12, "{sines:?}");
+        assert!(sines[8].abs() < 1e-6 && sines[4].abs() < 1e-6, "{sines:?}");
+        assert!((sines[2] - (1.0 / (1.0 + 8.0f32)).sqrt()).abs() < 0.12, "{sines:?}");
+    }
+
+    #[test]
+    fn from_above_the_sky_is_seen_past_the_border() {
+        let field =
+            HeightField::new(33, 33, Vec2::splat(-1.0), Vec2::splat(1.0), vec![0.0; 33 * 33]).unwrap();
+        let marched = FieldVisibility::new(&field, &Affine3A::IDENTITY).unwrap();
+        let sines = marched.horizon(Vec3::new(0.0, 1.0, 0.0));
+        for (k, expected) in [(0, -0.5f32.sqrt()), (2, -1.0 / 3.0f32.sqrt()), (4, -0.5f32.sqrt())] {
+            assert!((sines[k] - expected).abs() < 1e-3, "{k}: {sines:?}");
+        }
+        // From beside the field it is in the way in one direction only.
+        let sines = marched.horizon(Vec3::new(0.0, 0.5, -3.0));
+        assert!(sines[0] > -0.2 && sines[8] < -0.99, "{sines:?}");
     }
 }

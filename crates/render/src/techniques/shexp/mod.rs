@@ -21,11 +21,12 @@ mod shade;
 mod solve;
 
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
 use glam::Vec2;
 use halflight_scene::{Frame, Scene};
-use halflight_sh::{BlockerTable, Simd};
-use halflight_trace::Geometry;
+use halflight_sh::{BlockerTable, ClosedForm, Simd};
+use halflight_trace::{Geometry, Instance};
 
 pub use settings::ShexpSettings;
 
@@ -34,8 +35,9 @@ use crate::gbuffer::GBuffer;
 use crate::sampler::Sampler;
 use crate::sh_light::{FrameLight, LightCache};
 use crate::technique::{Budget, Deadline, Progress, RenderReport, Technique, TechniqueError};
-use blockers::Bodies;
+use blockers::{BODY_EPSILON, Bodies};
 use field::{FieldVisibility, WedgeTable};
+use shade::Lattice;
 use solve::{Solver, Tables};
 
 /// The name of the technique.
@@ -114,16 +116,23 @@ impl Technique for Shexp {
 impl<const ORDER: usize> Prepared<ORDER> {
     fn tables(&self) -> Arc<Tables<ORDER>> {
         let mut tables = self.tables.lock().unwrap_or_else(PoisonError::into_inner);
-        let make = || Arc::new(Tables { blockers: BlockerTable::new(), wedges: WedgeTable::new() });
+        let make = || {
+            Arc::new(Tables {
+                single: BlockerTable::new(),
+                body: BlockerTable::closed_form(ClosedForm::Fixed { epsilon: BODY_EPSILON }),
+                wedges: WedgeTable::new(),
+            })
+        };
         Arc::clone(tables.get_or_insert_with(make))
     }
 }
 
 impl Shexp {
     /// What the picture leaves out.
-    fn notes<const ORDER: usize>(&self, light: &FrameLight<ORDER>) -> Vec<String> {
+    fn notes<const ORDER: usize>(&self, light: &FrameLight<ORDER>, spheres: usize) -> Vec<String> {
         let mut notes = vec![format!(
-            "direct light of the environment only, in {ORDER} bands, which keep {:.1} % of its energy",
+            "direct light of the environment only, in {ORDER} bands, which keep {:.1} % of its energy; {spheres} spheres \
+             block it",
             100.0 * light.kept
         )];
         if light.kept < SHARP_LIGHT {
@@ -152,18 +161,9 @@ impl Shexp {
             return Err(TechniqueError { technique: NAME, reason: reason.into() });
         };
         let tables = prepared.tables();
-        let blockers = self.bodies.pose(frame, self.settings.attenuation);
-        let fields: Vec<FieldVisibility> = frame
-            .world
-            .instances()
-            .iter()
-            .filter_map(|instance| match instance.geometry.as_ref() {
-                Geometry::HeightField(tracer) => {
-                    FieldVisibility::new(tracer.field(), &instance.transform.open)
-                }
-                _ => None,
-            })
-            .collect();
+        let mut stages = Stages::default();
+        let blockers = stages.time("spheres", || self.bodies.pose(frame, self.settings.attenuation));
+        let fields = stages.time("heights", || fields(frame));
         let solver = Solver {
             simd: simd(frame.world.simd()),
             tables: &tables,
@@ -172,7 +172,8 @@ impl Shexp {
             light: &light.radiance,
             attenuation: self.settings.attenuation,
         };
-        let mut report = RenderReport { notes: self.notes(&light), ..RenderReport::default() };
+        let mut report =
+            RenderReport { notes: self.notes(&light, blockers.len()), ..RenderReport::default() };
         for sample in film.min_samples()..target {
             if progress.stop() {
                 report.interrupted = true;
@@ -188,15 +189,44 @@ impl Shexp {
                 let u = Sampler::new(budget.seed, 0, 0, sample).next_four();
                 Vec2::new(u[0], u[1])
             };
-            let view = GBuffer::look(frame, film.width(), film.height(), offset);
+            let look = || GBuffer::look(frame, film.width(), film.height(), offset);
+            let view = stages.time("g-buffer", look);
             report.rays += view.pixels.len() as u64;
-            let picture = shade::shade(&solver, &view, frame, &self.settings);
-            report.non_finite += film.add_picture(&picture);
+            let lattice = stages.time("lattice", || Lattice::solve(&solver, &view, &self.settings));
+            let picture = stages.time("pixels", || lattice.shade(&solver, &view, frame));
+            report.non_finite += stages.time("film", || film.add_picture(&picture));
             progress.report("samples", u64::from(sample + 1), u64::from(target));
             progress.pass(film);
         }
         report.elapsed = deadline.elapsed();
+        report.stages = stages.0;
         Ok(report)
+    }
+}
+
+/// The height fields of a frame, ready to be marched.
+fn fields(frame: &Frame) -> Vec<FieldVisibility> {
+    let field = |instance: &Instance| match instance.geometry.as_ref() {
+        Geometry::HeightField(tracer) => FieldVisibility::new(tracer.field(), &instance.transform.open),
+        _ => None,
+    };
+    frame.world.instances().iter().filter_map(field).collect()
+}
+
+/// Wall time by stage.
+#[derive(Default)]
+struct Stages(Vec<(&'static str, Duration)>);
+
+impl Stages {
+    fn time<T>(&mut self, stage: &'static str, work: impl FnOnce() -> T) -> T {
+        let start = Instant::now();
+        let result = work();
+        let taken = start.elapsed();
+        match self.0.iter_mut().find(|(name, _)| *name == stage) {
+            Some((_, sum)) => *sum += taken,
+            None => self.0.push((stage, taken)),
+        }
+        result
     }
 }
 

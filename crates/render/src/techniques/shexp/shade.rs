@@ -19,76 +19,21 @@ use crate::sh_light::{Colors, axes};
 /// Lattice points, or pixels, along the side of a group that is solved together.
 const GROUP: usize = 8;
 
-/// The radiance of every pixel.
-pub(super) fn shade<const ORDER: usize>(
-    solver: &Solver<ORDER>,
-    view: &GBuffer,
-    frame: &Frame,
-    settings: &ShexpSettings,
-) -> Vec<Vec3> {
-    let (width, height) = (view.width, view.height);
-    let stride = settings.stride.max(1) as usize;
-    let lattice = Lattice::solve(solver, view, stride);
-    let white = unshadowed(solver.light).max(f32::MIN_POSITIVE);
-    let mut picture = vec![Vec3::ZERO; width * height];
-    picture.par_chunks_mut(width * GROUP).enumerate().for_each_init(Room::default, |room, (band, rows)| {
-        let top = band * GROUP;
-        for left in (0..width).step_by(GROUP) {
-            room.pending.clear();
-            for y in top..(top + GROUP).min(height) {
-                for x in left..(left + GROUP).min(width) {
-                    let radiance = match &view.pixels[y * width + x] {
-                        Visible::Nothing(direction) => Some(frame.lights.escaped(*direction)),
-                        Visible::Point(point) => lattice
-                            .light_at(view, [x, y], point, settings.tolerance * white)
-                            .map(|light| reflected(point, &light)),
-                    };
-                    match radiance {
-                        Some(radiance) => rows[(y - top) * width + x] = radiance,
-                        None => room.pending.push((x, y)),
-                    }
-                }
-            }
-            room.solve_pending(solver, view, |x, y, radiance| rows[(y - top) * width + x] = radiance);
-        }
-    });
-    picture
-}
-
-/// Irradiance without any blockers, averaged over normals and colours.
-fn unshadowed<const ORDER: usize>(light: &Colors<ORDER>) -> f32 {
-    // The mean of a function is its first coefficient times y_00; a normal sees π times the mean radiance.
-    light.iter().map(|l| l[0]).sum::<f32>() / 3.0 * 0.282_094_8 * std::f32::consts::PI
-}
-
-/// Radiance towards the eye of light that arrives.
-fn reflected<const ORDER: usize>(point: &VisiblePoint, light: &Colors<ORDER>) -> Vec3 {
-    let cosine = Zh::<ORDER>::clamped_cosine().to_direction(axes(point.normal));
-    let integral = |kernel: &Sh<ORDER>| Vec3::from_array([0, 1, 2].map(|c| light[c].dot(kernel).max(0.0)));
-    let material = &point.material;
-    let mut radiance = point.emitted;
-    if material.diffuse != Vec3::ZERO {
-        radiance += material.diffuse * std::f32::consts::FRAC_1_PI * integral(&cosine);
-    }
-    if material.specular != Vec3::ZERO {
-        let mirrored = 2.0 * point.normal.dot(point.towards_eye) * point.normal - point.towards_eye;
-        let n = material.exponent;
-        let lobe = Zh::<ORDER>::phong(f64::from(n)).to_direction(axes(mirrored));
-        radiance += material.specular * ((n + 2.0) / (n + 1.0)) * integral(&lobe.product(&cosine));
-    }
-    radiance
-}
-
 /// Light with visibility at every `stride`th pixel of every `stride`th row, the last ones included.
-struct Lattice<const ORDER: usize> {
+pub(super) struct Lattice<const ORDER: usize> {
     stride: usize,
     columns: usize,
-    /// Where the lattice's points are in `light`; `None` where nothing is seen.
+    /// Point by point; `None` where nothing is seen.
     light: Vec<Option<Colors<ORDER>>>,
+    /// By how much the irradiances that surround a pixel may differ.
+    tolerance: f32,
+    kernels: Kernels<ORDER>,
 }
 
 impl<const ORDER: usize> Lattice<ORDER> {
-    fn solve(solver: &Solver<ORDER>, view: &GBuffer, stride: usize) -> Self {
+    /// Works out the light at the points of the lattice.
+    pub(super) fn solve(solver: &Solver<ORDER>, view: &GBuffer, settings: &ShexpSettings) -> Self {
+        let stride = settings.stride.max(1) as usize;
         let columns = (view.width - 1).div_ceil(stride) + 1;
         let rows = (view.height - 1).div_ceil(stride) + 1;
         let mut light = vec![None; columns * rows];
@@ -113,51 +58,142 @@ impl<const ORDER: usize> Lattice<ORDER> {
                 }
             },
         );
-        Self { stride, columns, light }
+        let tolerance = settings.tolerance * unshadowed(solver.light);
+        Self { stride, columns, light, tolerance, kernels: Kernels::new() }
     }
 
-    /// The light at a pixel, from the four lattice points around it; `None` where they do not tell.
-    fn light_at(
-        &self,
-        view: &GBuffer,
-        [x, y]: [usize; 2],
-        point: &VisiblePoint,
-        tolerance: f32,
-    ) -> Option<Colors<ORDER>> {
+    /// The radiance of every pixel.
+    pub(super) fn shade(&self, solver: &Solver<ORDER>, view: &GBuffer, frame: &Frame) -> Vec<Vec3> {
+        let (width, height) = (view.width, view.height);
+        let mut picture = vec![Vec3::ZERO; width * height];
+        picture.par_chunks_mut(width * GROUP).enumerate().for_each_init(
+            Room::default,
+            |room, (band, rows)| {
+                let top = band * GROUP;
+                for left in (0..width).step_by(GROUP) {
+                    room.start();
+                    for y in top..(top + GROUP).min(height) {
+                        for x in left..(left + GROUP).min(width) {
+                            let radiance = match &view.pixels[y * width + x] {
+                                Visible::Nothing(direction) => frame.lights.escaped(*direction),
+                                Visible::Point(point) => match self.between(view, [x, y], point) {
+                                    Some(radiance) => radiance,
+                                    None => {
+                                        room.push(solver, point, (x, y));
+                                        continue;
+                                    }
+                                },
+                            };
+                            rows[(y - top) * width + x] = radiance;
+                        }
+                    }
+                    room.finish(solver, |(x, y), point, light| {
+                        rows[(y - top) * width + x] = self.kernels.reflected(point, &[(1.0, light)]);
+                    });
+                }
+            },
+        );
+        picture
+    }
+
+    /// Radiance of a pixel from the four lattice points around it; `None` where they do not tell.
+    fn between(&self, view: &GBuffer, [x, y]: [usize; 2], point: &VisiblePoint) -> Option<Vec3> {
         let (column, line) = (x / self.stride, y / self.stride);
         let fraction = [x % self.stride, y % self.stride].map(|r| r as f32 / self.stride as f32);
+        let first = line * self.columns + column;
         if fraction == [0.0; 2] {
-            return self.light[line * self.columns + column];
+            return Some(self.kernels.reflected(point, &[(1.0, self.light[first].as_ref()?)]));
         }
-        let cosine = Zh::<ORDER>::clamped_cosine().to_direction(axes(point.normal));
-        let mut sum = [Sh::zero(); 3];
-        let (mut total, mut least, mut most) = (0.0, f32::INFINITY, f32::NEG_INFINITY);
+        let mut corners = [(0.0, self.light[first].as_ref()?); 4];
+        let mut count = 0;
         for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
             let share = (if dx == 1 { fraction[0] } else { 1.0 - fraction[0] })
                 * if dy == 1 { fraction[1] } else { 1.0 - fraction[1] };
             if share == 0.0 {
                 continue;
             }
-            let light = self.light.get((line + dy) * self.columns + column + dx)?.as_ref()?;
+            let light = self.light.get(first + dy * self.columns + dx)?.as_ref()?;
             let at = ((column + dx) * self.stride).min(view.width - 1);
             let row = ((line + dy) * self.stride).min(view.height - 1);
             let Visible::Point(other) = &view.pixels[row * view.width + at] else { return None };
             if !alike(point, other) {
                 return None;
             }
-            let mean = (light[0] + light[1] + light[2]) * (1.0 / 3.0);
-            let irradiance = mean.dot(&cosine);
-            (least, most) = (least.min(irradiance), most.max(irradiance));
-            total += share;
-            for (sum, light) in sum.iter_mut().zip(light) {
-                *sum += *light * share;
-            }
+            corners[count] = (share, light);
+            count += 1;
         }
-        if total < 0.5 || most - least > tolerance {
-            return None;
-        }
-        Some(sum.map(|sum| sum * (1.0 / total)))
+        self.kernels.if_smooth(point, &corners[..count], self.tolerance)
     }
+}
+
+/// Irradiance without any blockers, averaged over normals and colours.
+fn unshadowed<const ORDER: usize>(light: &Colors<ORDER>) -> f32 {
+    // The mean of a function is its first coefficient times y_00; a normal sees π times the mean radiance.
+    let mean = light.iter().map(|l| l[0]).sum::<f32>() / 3.0 * 0.282_094_8;
+    (mean * std::f32::consts::PI).max(f32::MIN_POSITIVE)
+}
+
+/// What light is integrated with.
+struct Kernels<const ORDER: usize> {
+    cosine: Zh<ORDER>,
+}
+
+impl<const ORDER: usize> Kernels<ORDER> {
+    fn new() -> Self {
+        Self { cosine: Zh::clamped_cosine() }
+    }
+
+    /// Radiance towards the eye of a mixture of lights, given with their shares.
+    fn reflected(&self, point: &VisiblePoint, lights: &[(f32, &Colors<ORDER>)]) -> Vec3 {
+        let cosine = self.cosine.to_direction(axes(point.normal));
+        let irradiances = lights.iter().map(|(share, light)| *share * integral(light, &cosine));
+        self.of_irradiance(point, &cosine, irradiances.sum(), lights)
+    }
+
+    /// The same, unless the irradiances under the lights differ by more than `tolerance`.
+    fn if_smooth(
+        &self,
+        point: &VisiblePoint,
+        lights: &[(f32, &Colors<ORDER>)],
+        tolerance: f32,
+    ) -> Option<Vec3> {
+        let cosine = self.cosine.to_direction(axes(point.normal));
+        let (mut least, mut most) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        let mut irradiance = Vec3::ZERO;
+        for (share, light) in lights {
+            let here = integral(light, &cosine);
+            (least, most) = (least.min(here), most.max(here));
+            irradiance += *share * here;
+        }
+        let smooth = (most - least).element_sum() <= 3.0 * tolerance;
+        smooth.then(|| self.of_irradiance(point, &cosine, irradiance, lights))
+    }
+
+    fn of_irradiance(
+        &self,
+        point: &VisiblePoint,
+        cosine: &Sh<ORDER>,
+        irradiance: Vec3,
+        lights: &[(f32, &Colors<ORDER>)],
+    ) -> Vec3 {
+        let material = &point.material;
+        let mut radiance =
+            point.emitted + material.diffuse * std::f32::consts::FRAC_1_PI * irradiance.max(Vec3::ZERO);
+        if material.specular != Vec3::ZERO {
+            let mirrored = 2.0 * point.normal.dot(point.towards_eye) * point.normal - point.towards_eye;
+            let n = material.exponent;
+            let lobe = Zh::<ORDER>::phong(f64::from(n)).to_direction(axes(mirrored)).product(cosine);
+            let gathered: Vec3 = lights.iter().map(|(share, light)| *share * integral(light, &lobe)).sum();
+            radiance += material.specular * ((n + 2.0) / (n + 1.0)) * gathered.max(Vec3::ZERO);
+        }
+        radiance
+    }
+}
+
+/// ∫ L·V times a kernel, for the three colours.
+#[inline]
+fn integral<const ORDER: usize>(light: &Colors<ORDER>, kernel: &Sh<ORDER>) -> Vec3 {
+    Vec3::new(light[0].dot(kernel), light[1].dot(kernel), light[2].dot(kernel))
 }
 
 /// Whether light at one point may stand for light at another: on the same body, and nearly in its tangent plane.
@@ -178,7 +214,6 @@ struct Room<const ORDER: usize> {
     receivers: Vec<Receiver>,
     places: Vec<(usize, usize)>,
     points: Vec<VisiblePoint>,
-    pending: Vec<(usize, usize)>,
     scratch: Scratch<ORDER>,
     light: Vec<Colors<ORDER>>,
 }
@@ -189,7 +224,6 @@ impl<const ORDER: usize> Default for Room<ORDER> {
             receivers: Vec::new(),
             places: Vec::new(),
             points: Vec::new(),
-            pending: Vec::new(),
             scratch: Scratch::default(),
             light: Vec::new(),
         }
@@ -222,21 +256,5 @@ impl<const ORDER: usize> Room<ORDER> {
         for ((place, point), light) in self.places.iter().zip(&self.points).zip(&self.light) {
             take(*place, point, light);
         }
-    }
-
-    /// Works out the pixels that are pending, one by one.
-    fn solve_pending(
-        &mut self,
-        solver: &Solver<ORDER>,
-        view: &GBuffer,
-        mut write: impl FnMut(usize, usize, Vec3),
-    ) {
-        self.start();
-        for (x, y) in std::mem::take(&mut self.pending) {
-            if let Visible::Point(point) = &view.pixels[y * view.width + x] {
-                self.push(solver, point, (x, y));
-            }
-        }
-        self.finish(solver, |(x, y), point, light| write(x, y, reflected(point, light)));
     }
 }

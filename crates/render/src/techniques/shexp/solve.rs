@@ -23,7 +23,9 @@ pub(super) struct Receiver {
 
 /// Tables for an order, made once.
 pub(super) struct Tables<const ORDER: usize> {
-    pub(super) blockers: BlockerTable<ORDER>,
+    /// Log-visibility of a sphere by itself, and of one that fills a body with others.
+    pub(super) single: BlockerTable<ORDER>,
+    pub(super) body: BlockerTable<ORDER>,
     pub(super) wedges: WedgeTable<ORDER>,
 }
 
@@ -64,10 +66,10 @@ impl<const ORDER: usize> Solver<'_, ORDER> {
         self.pack(receivers, scratch);
         let middle = receivers.iter().map(|r| r.position).sum::<Vec3>() / receivers.len() as f32;
         scratch.spheres.clear();
-        scratch.spheres.extend_from_slice(&self.blockers.spheres);
+        scratch.spheres.extend_from_slice(&self.blockers.scattered);
         if self.attenuation {
             let Scratch { spheres, terms, .. } = scratch;
-            for range in &self.blockers.scattered {
+            for range in &self.blockers.groups {
                 let multiplicities = &self.blockers.multiplicities[range.clone()];
                 batch::attenuate_spheres(
                     self.simd,
@@ -83,7 +85,8 @@ impl<const ORDER: usize> Solver<'_, ORDER> {
             buffer.resize(blocks, Sh::zero());
         }
         let Scratch { points, spheres, logs, visible, other, .. } = scratch;
-        batch::accumulate_spheres(self.simd, &self.tables.blockers, points, spheres, logs);
+        batch::accumulate_spheres(self.simd, &self.tables.single, points, spheres, logs);
+        batch::accumulate_spheres(self.simd, &self.tables.body, points, &self.blockers.bodies, logs);
         batch::exponential(self.simd, Exponential::default(), logs, visible);
         for field in self.fields {
             for (i, receiver) in receivers.iter().enumerate() {
