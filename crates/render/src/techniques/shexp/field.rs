@@ -241,7 +241,7 @@ impl FieldVisibility {
     fn horizon(&self, point: Vec3) -> [f32; AZIMUTHS] {
         let mut slopes = [DOWN; AZIMUTHS];
         let middle = Vec2::new(point.x, point.z);
-        let borders = AZIMUTH_DIRECTIONS.map(|direction| self.border(middle, direction));
+        let borders = AZIMUTH_DIRECTIONS.map(|direction| border(self.min, self.max, middle, direction));
         let far = borders.iter().fold(0.0f32, |a, &b| a.max(b));
         let above = self.highest - point.y;
         let mut distance = self.spacing.min_element();
@@ -282,15 +282,15 @@ impl FieldVisibility {
     fn to_level(&self, level: &Level) -> (Vec2, f32) {
         (1.0 / (self.spacing * level.scale), 0.5 / level.scale - 0.5)
     }
+}
 
-    /// How far it is to the border of the field; 0 where the ray does not go over it.
-    fn border(&self, from: Vec2, direction: Vec2) -> f32 {
-        let inverse = 1.0 / direction;
-        let (a, b) = ((self.min - from) * inverse, (self.max - from) * inverse);
-        // A direction along an axis divides by zero: there the bound is infinite, or NaN on the border itself.
-        let bound = |x: f32, y: f32| if x.is_nan() || y.is_nan() { f32::INFINITY } else { x.max(y) };
-        bound(a.x, b.x).min(bound(a.y, b.y)).max(0.0)
-    }
+/// How far it is along a direction to the border of a rectangle; 0 where the ray does not go over it.
+pub(super) fn border(min: Vec2, max: Vec2, from: Vec2, direction: Vec2) -> f32 {
+    let inverse = 1.0 / direction;
+    let (a, b) = ((min - from) * inverse, (max - from) * inverse);
+    // A direction along an axis divides by zero: there the bound is infinite, or NaN on the border itself.
+    let bound = |x: f32, y: f32| if x.is_nan() || y.is_nan() { f32::INFINITY } else { x.max(y) };
+    bound(a.x, b.x).min(bound(a.y, b.y)).max(0.0)
 }
 
 /// A rotation of the world as one of the frame of the harmonics, whose (x, y, z) are the world's (z, x, y).
@@ -300,7 +300,7 @@ pub(super) fn in_harmonics(turn: Mat3) -> Mat3 {
 }
 
 /// (x, z) of the azimuths: 0 is +z, a quarter turn +x.
-const AZIMUTH_DIRECTIONS: [Vec2; AZIMUTHS] = {
+pub(super) const AZIMUTH_DIRECTIONS: [Vec2; AZIMUTHS] = {
     /// sin of 0, 1/16, … 4/16 of a turn.
     const SINES: [f32; 5] = [0.0, 0.382_683_43, 0.707_106_77, 0.923_879_5, 1.0];
     let mut directions = [Vec2::ZERO; AZIMUTHS];

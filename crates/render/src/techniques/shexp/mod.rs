@@ -8,7 +8,7 @@
 //! | file | what it does |
 //! |---|---|
 //! | `blockers` | the spheres of a frame |
-//! | `field` | what height fields hide |
+//! | `field`, `plate` | what height fields and rectangles hide |
 //! | `solve` | light with visibility at points |
 //! | `shade` | from there to radiance, and between points |
 //!
@@ -16,6 +16,7 @@
 
 mod blockers;
 mod field;
+mod plate;
 mod settings;
 mod shade;
 mod solve;
@@ -37,6 +38,7 @@ use crate::sh_light::{FrameLight, LightCache};
 use crate::technique::{Budget, Deadline, Progress, RenderReport, Technique, TechniqueError};
 use blockers::{BODY_EPSILON, Bodies};
 use field::{FieldVisibility, WedgeTable};
+use plate::Plate;
 use shade::Lattice;
 use solve::{Solver, Tables};
 
@@ -46,6 +48,8 @@ const NAME: &str = "shexp";
 const DEFAULT_SAMPLES: u32 = 4;
 /// Lights of which less is kept are called sharp.
 const SHARP_LIGHT: f64 = 0.9;
+/// Rectangles that block light.
+const MOST_PLATES: usize = 4;
 /// More change nothing that shows.
 const MAX_SAMPLES: u32 = 64;
 
@@ -164,11 +168,13 @@ impl Shexp {
         let mut stages = Stages::default();
         let blockers = stages.time("spheres", || self.bodies.pose(frame, self.settings.attenuation));
         let fields = stages.time("heights", || fields(frame));
+        let plates = plates(frame);
         let solver = Solver {
             simd: simd(frame.world.simd()),
             tables: &tables,
             blockers: &blockers,
             fields: &fields,
+            plates: &plates,
             light: &light.radiance,
             attenuation: self.settings.attenuation,
         };
@@ -211,6 +217,22 @@ fn fields(frame: &Frame) -> Vec<FieldVisibility> {
         _ => None,
     };
     frame.world.instances().iter().filter_map(field).collect()
+}
+
+/// The flat rectangles of a frame. More than a few would cost more than they hide: only the largest are taken.
+fn plates(frame: &Frame) -> Vec<Plate> {
+    let area = |instance: &Instance| {
+        let matrix = instance.transform.open.matrix3;
+        matrix.x_axis.cross(matrix.y_axis).length()
+    };
+    let mut found: Vec<(u32, &Instance)> = (0..).zip(frame.world.instances()).collect();
+    found.retain(|(_, instance)| matches!(instance.geometry.as_ref(), Geometry::Rectangle(_)));
+    found.sort_by(|a, b| area(b.1).total_cmp(&area(a.1)).then(a.0.cmp(&b.0)));
+    found
+        .iter()
+        .take(MOST_PLATES)
+        .filter_map(|(i, instance)| Plate::new(*i, &instance.transform.open))
+        .collect()
 }
 
 /// Wall time by stage.

@@ -242,6 +242,7 @@ impl<const ORDER: usize> Room<ORDER> {
             position: point.position,
             normal: point.geometric_normal,
             owner: solver.blockers.owner(&point.hit),
+            instance: point.hit.instance,
         });
         self.places.push(place);
         self.points.push(*point);

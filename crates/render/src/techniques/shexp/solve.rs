@@ -10,6 +10,7 @@ use halflight_sh::{BlockerTable, Exponential, Sh, Simd};
 
 use super::blockers::Blockers;
 use super::field::{FieldVisibility, WedgeTable};
+use super::plate::Plate;
 use crate::sh_light::{Colors, axes};
 
 /// A point to be lit.
@@ -19,6 +20,8 @@ pub(super) struct Receiver {
     /// Unit normal of the geometry, on the side that is lit.
     pub(super) normal: Vec3,
     pub(super) owner: f32,
+    /// The instance that it lies on.
+    pub(super) instance: u32,
 }
 
 /// Tables for an order, made once.
@@ -35,6 +38,7 @@ pub(super) struct Solver<'a, const ORDER: usize> {
     pub(super) tables: &'a Tables<ORDER>,
     pub(super) blockers: &'a Blockers,
     pub(super) fields: &'a [FieldVisibility],
+    pub(super) plates: &'a [Plate],
     pub(super) light: &'a Colors<ORDER>,
     pub(super) attenuation: bool,
 }
@@ -92,6 +96,15 @@ impl<const ORDER: usize> Solver<'_, ORDER> {
             for (i, receiver) in receivers.iter().enumerate() {
                 let hidden = field.visible(&self.tables.wedges, receiver.position);
                 batch::set_lane(&mut other[i / WIDTH], i % WIDTH, &hidden);
+            }
+            batch::product(self.simd, visible, other, logs);
+            std::mem::swap(visible, logs);
+        }
+        for plate in self.plates {
+            for (i, receiver) in receivers.iter().enumerate() {
+                let on_it = receiver.instance == plate.instance;
+                let open = || plate.visible(&self.tables.wedges, receiver.position);
+                batch::set_lane(&mut other[i / WIDTH], i % WIDTH, &if on_it { Sh::one() } else { open() });
             }
             batch::product(self.simd, visible, other, logs);
             std::mem::swap(visible, logs);
