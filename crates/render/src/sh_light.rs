@@ -55,8 +55,15 @@ impl<const ORDER: usize> LightCache<ORDER> {
     }
 }
 
+/// Rows at least: the middles of larger texels stand badly for them, and a constant map has but one.
+const LEAST_ROWS: usize = 128;
+
 fn project<const ORDER: usize>(map: &Arc<EnvironmentMap>) -> Known<ORDER> {
-    let (width, height) = map.size();
+    let (map_width, map_height) = map.size();
+    let split = LEAST_ROWS.div_ceil(map_height);
+    // A map narrower than it is high gets columns enough as well.
+    let split_columns = split.max((2 * LEAST_ROWS).div_ceil(map_width));
+    let (width, height) = (map_width * split_columns, map_height * split);
     let rows: Vec<[Sh<ORDER, f64>; 3]> = (0..height)
         .into_par_iter()
         .map(|row| {
@@ -65,7 +72,9 @@ fn project<const ORDER: usize>(map: &Arc<EnvironmentMap>) -> Known<ORDER> {
             for column in 0..width {
                 let d = lat_long_direction(width, height, column, row);
                 let basis = Sh::<ORDER, f64>::basis([d.z, d.x, d.y]) * solid_angle;
-                for (sum, value) in sums.iter_mut().zip(map.texel(column, row).to_array()) {
+                for (sum, value) in
+                    sums.iter_mut().zip(map.texel(column / split_columns, row / split).to_array())
+                {
                     *sum += basis * f64::from(value);
                 }
             }
@@ -78,7 +87,8 @@ fn project<const ORDER: usize>(map: &Arc<EnvironmentMap>) -> Known<ORDER> {
     }
     let colors = sums.map(|sum| sum.cast());
     // The texels of a map are finite, so the share exists.
-    let kept = kept_energy(width, height, |column, row| map.texel(column, row), &colors).unwrap_or(0.0);
+    let kept =
+        kept_energy(map_width, map_height, |column, row| map.texel(column, row), &colors).unwrap_or(0.0);
     Known { map: Arc::clone(map), colors, kept }
 }
 
@@ -111,5 +121,15 @@ mod tests {
             }
         }
         assert!(light.kept > 0.999);
+    }
+
+    #[test]
+    fn a_map_of_one_texel_is_a_constant_light() {
+        let map = Arc::new(EnvironmentMap::new(RgbImage::from_fn(1, 1, |_, _| [0.2, 1.0, 3.0])));
+        let known = project::<4>(&map);
+        for (sh, value) in known.colors.iter().zip([0.2, 1.0, 3.0]) {
+            assert!((*sh - Sh::constant(value)).norm() < 1e-3 * value);
+        }
+        assert!(known.kept > 0.999);
     }
 }

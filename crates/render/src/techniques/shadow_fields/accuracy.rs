@@ -76,19 +76,14 @@ fn row<const ORDER: usize>(
     let geometry = Arc::new(Geometry::Mesh(MeshTracer::build(Arc::clone(mesh))));
     let parts = [(Arc::clone(&geometry), glam::Affine3A::IDENTITY)];
     let (center, radius) = ball(&parts);
-    let world = World::build(
-        vec![Instance { geometry, transform: halflight_trace::Motion::IDENTITY }],
-        simd,
-    );
+    let world = World::build(vec![Instance { geometry, transform: halflight_trace::Motion::IDENTITY }], simd);
     let fine = Fineness { shells: shells.max(2) as usize, directions: directions.max(2) as usize };
     let start = Instant::now();
     let caster = Caster { world: &world, center, radius, rays: rays as usize };
     let field = Shells::<ORDER, 1>::new((center, radius), fine, |point| [caster.hidden(point)]);
     let seconds = start.elapsed().as_secs_f64();
-    let errors: Vec<[f64; 3]> = (0..POINTS)
-        .into_par_iter()
-        .map(|point| errors_at(&world, &field, (center, radius), point))
-        .collect();
+    let errors: Vec<[f64; 3]> =
+        (0..POINTS).into_par_iter().map(|point| errors_at(&world, &field, (center, radius), point)).collect();
     let mean = |i: usize| errors.iter().map(|e| e[i]).sum::<f64>() / errors.len() as f64;
     FieldAccuracy {
         order: ORDER as u32,

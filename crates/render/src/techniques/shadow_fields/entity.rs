@@ -200,8 +200,7 @@ impl<const ORDER: usize> Entity<ORDER> {
         lamp: Option<(&Frame, &[u32])>,
         settings: &ShadowFieldsSettings,
     ) -> Self {
-        let fine =
-            Fineness { shells: settings.shells as usize, directions: settings.directions as usize };
+        let fine = Fineness { shells: settings.shells as usize, directions: settings.directions as usize };
         let ball = (caster.center, caster.radius);
         let own = |(geometry, place): &(Arc<Geometry>, Affine3A)| {
             Own::new(caster, geometry, place, settings.spacing)
@@ -234,7 +233,8 @@ pub(super) fn ball(parts: &[(Arc<Geometry>, Affine3A)]) -> (Vec3, f32) {
             Geometry::Spheres(tracer) => {
                 let matrix = place.matrix3;
                 let stretch = matrix.x_axis.length().max(matrix.y_axis.length()).max(matrix.z_axis.length());
-                let sphere = |s: &halflight_trace::Sphere| (place.transform_point3(s.center), s.radius * stretch);
+                let sphere =
+                    |s: &halflight_trace::Sphere| (place.transform_point3(s.center), s.radius * stretch);
                 points.extend(tracer.spheres().iter().map(sphere));
             }
             other => {

@@ -120,7 +120,8 @@ impl Flat {
         let normal = u.cross(v).try_normalize()?;
         let stood = Affine3A { matrix3: glam::Mat3A::from_cols(u.into(), v.into(), normal.into()), ..place };
         let inverse = stood.inverse();
-        let radius = if is_disk { u.length().max(v.length()) } else { (u + v).length().max((u - v).length()) };
+        let radius =
+            if is_disk { u.length().max(v.length()) } else { (u + v).length().max((u - v).length()) };
         inverse.is_finite().then_some(Self { place: stood, inverse, normal, is_disk, radius })
     }
 
@@ -130,7 +131,8 @@ impl Flat {
 
     /// Whether it is wholly behind a tangent plane.
     pub(super) fn is_behind(&self, point: Vec3, normal: Vec3) -> bool {
-        let [u, v] = [self.place.matrix3.x_axis, self.place.matrix3.y_axis].map(|a| normal.dot(a.into()).abs());
+        let [u, v] =
+            [self.place.matrix3.x_axis, self.place.matrix3.y_axis].map(|a| normal.dot(a.into()).abs());
         let reach = if self.is_disk { u.hypot(v) } else { u + v };
         normal.dot(self.center() - point) + reach <= 1e-4 * self.radius
     }
@@ -155,7 +157,8 @@ impl Flat {
         let cosines = std::array::from_fn(|k| {
             let (sin, cos) = azimuth(k).sin_cos();
             let step = self.inverse.transform_vector3(x * cos + y * sin).truncate();
-            let (near, far) = if self.is_disk { through_disk(foot, step) } else { through_square(foot, step) }?;
+            let (near, far) =
+                if self.is_disk { through_disk(foot, step) } else { through_square(foot, step) }?;
             Some((cosine(near), cosine(far)))
         });
         let [x, y, polar] = [x, y, polar].map(|axis| Vec3::from_array(axes(axis)));
@@ -211,4 +214,3 @@ fn through_disk(foot: Vec2, step: Vec2) -> Option<(f32, f32)> {
     let (near, far) = (((-b - root) / a).max(0.0), (-b + root) / a);
     (near < far).then_some((near, far))
 }
-

@@ -50,10 +50,8 @@ pub(super) struct Stage<'a, const ORDER: usize> {
 
 impl<const ORDER: usize> Carried<ORDER> {
     fn new(moved: &Affine3A, similarity: &Similarity) -> Self {
-        let turned = Affine3A {
-            matrix3: (similarity.turn * similarity.scale).into(),
-            translation: moved.translation,
-        };
+        let turned =
+            Affine3A { matrix3: (similarity.turn * similarity.scale).into(), translation: moved.translation };
         let rotation = (!similarity.turn.abs_diff_eq(Mat3::IDENTITY, 1e-7))
             .then(|| Rotation::from_matrix(&in_axes(&similarity.turn)));
         Self { back: turned.inverse(), turn: similarity.turn, rotation }
@@ -125,7 +123,8 @@ impl<'a, const ORDER: usize> Stage<'a, ORDER> {
                 let (moved, alike) = carried(&places, &stand.parts);
                 let same_shape = instances.iter().zip(&stand.parts).all(|(number, (geometry, _))| {
                     let now = &shown(number).geometry;
-                    Arc::ptr_eq(now, geometry) || !matches!(now.as_ref(), Geometry::Mesh(_) | Geometry::HeightField(_))
+                    Arc::ptr_eq(now, geometry)
+                        || !matches!(now.as_ref(), Geometry::Mesh(_) | Geometry::HeightField(_))
                 });
                 let similarity = Similarity::of(&moved);
                 if !matches!(stand.role, Role::Flat { .. } | Role::Nothing) {
@@ -189,7 +188,8 @@ impl<'a, const ORDER: usize> Stage<'a, ORDER> {
     /// Fields are rough within the ball that holds their entity.
     fn tell_of_neighbours(&mut self, frame: &Frame) {
         let name = |number: usize| {
-            let is = |owner: &Owner| matches!(owner, Owner::Entity { number: n, .. } if *n as usize == number);
+            let is =
+                |owner: &Owner| matches!(owner, Owner::Entity { number: n, .. } if *n as usize == number);
             let instance = self.owners.iter().position(is).unwrap_or(0);
             frame.shape_name(instance as u32).to_string()
         };

@@ -80,7 +80,8 @@ impl<const ORDER: usize> Relief<ORDER> {
     /// Posts around a point of the field's own space, with their weights.
     fn around(&self, local: Vec3) -> [(usize, f32); 4] {
         let last = (self.posts - 1) as f32;
-        let at = ((Vec2::new(local.x, local.z) - self.min) * self.per_step).clamp(Vec2::ZERO, Vec2::splat(last));
+        let at =
+            ((Vec2::new(local.x, local.z) - self.min) * self.per_step).clamp(Vec2::ZERO, Vec2::splat(last));
         let corner = |x: f32| (x as usize).min(self.posts - 2);
         let (column, row) = (corner(at.x), corner(at.y));
         let (s, t) = (at.x - column as f32, at.y - row as f32);

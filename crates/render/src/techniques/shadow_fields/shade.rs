@@ -129,9 +129,7 @@ impl<'a, const ORDER: usize> Room<'a, ORDER> {
                         }
                         posed.hidden(point)
                     }
-                    Between::Flat(number) => {
-                        shader.stage.flats[number as usize].hidden(shader.flats, point)
-                    }
+                    Between::Flat(number) => shader.stage.flats[number as usize].hidden(shader.flats, point),
                     Between::Relief(number) => {
                         let (relief, carried) = &shader.stage.reliefs[number as usize];
                         carried.turned(&relief.at(carried.back(point)))

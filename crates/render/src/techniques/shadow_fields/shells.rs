@@ -83,7 +83,8 @@ impl<const ORDER: usize, const CHANNELS: usize> Shells<ORDER, CHANNELS> {
         for (shell, weight) in [(below, (1.0 - outer) * beyond), (below + 1, outer * beyond)] {
             let first = (shell * side + row) * side + column;
             let weights = [(1.0 - s) * (1.0 - t), s * (1.0 - t), (1.0 - s) * t, s * t];
-            for (index, share) in [first, first + 1, first + side, first + side + 1].into_iter().zip(weights) {
+            for (index, share) in [first, first + 1, first + side, first + side + 1].into_iter().zip(weights)
+            {
                 for (sum, vector) in sum.iter_mut().zip(&self.vectors[index]) {
                     *sum += *vector * (weight * share);
                 }
