@@ -208,7 +208,7 @@ fn every_demo_renders() {
 #[test]
 fn benches_print_tables() {
     let place = Place::new();
-    for name in ["rays", "build", "memory", "samplers"] {
+    for name in ["rays", "build", "memory", "samplers", "sh", "shexp"] {
         let outcome = place.done(&format!("bench {name} --quick"));
         assert!(outcome.stdout.contains("──"), "{outcome:?}");
     }

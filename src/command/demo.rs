@@ -14,19 +14,57 @@ use super::parse::{FrameRange, Size, finite};
 use super::{output, render};
 
 /// A scene that is part of the program.
+#[derive(Clone, Copy)]
 pub(crate) struct Demo {
     pub(crate) name: &'static str,
     /// The scene file.
-    pub(crate) text: &'static str,
+    text: &'static str,
+    /// What renders it when the demo is asked for.
+    technique: &'static str,
+    /// Files that it names: paths below the scene file's folder, and what they hold.
+    files: &'static [(&'static str, &'static [u8])],
 }
+
+/// A scene file that names no others.
+const fn path_traced(name: &'static str, text: &'static str) -> Demo {
+    Demo { name, text, technique: "path", files: &[] }
+}
+
+/// A model beside the scene files.
+macro_rules! model {
+    ($name:literal) => {
+        (concat!("models/", $name), include_bytes!(concat!("../../scenes/models/", $name)).as_slice())
+    };
+}
+
+/// The light of the scenes that harmonics are for.
+const SOFT_SUN: (&str, &[u8]) = model!("soft-sun.hdr");
 
 /// The scenes; the first is what `halflight demo` renders.
 pub(crate) const DEMOS: &[Demo] = &[
-    Demo { name: "still-life", text: include_str!("../../scenes/still-life.toml") },
-    Demo { name: "terrain", text: include_str!("../../scenes/terrain.toml") },
-    Demo { name: "cornell-box", text: include_str!("../../scenes/cornell-box.toml") },
-    Demo { name: "depth-of-field", text: include_str!("../../scenes/depth-of-field.toml") },
-    Demo { name: "moving", text: include_str!("../../scenes/moving.toml") },
+    path_traced("still-life", include_str!("../../scenes/still-life.toml")),
+    path_traced("terrain", include_str!("../../scenes/terrain.toml")),
+    path_traced("cornell-box", include_str!("../../scenes/cornell-box.toml")),
+    path_traced("depth-of-field", include_str!("../../scenes/depth-of-field.toml")),
+    path_traced("moving", include_str!("../../scenes/moving.toml")),
+    Demo {
+        name: "wrecking-ball",
+        text: include_str!("../../scenes/wrecking-ball.toml"),
+        technique: "shexp",
+        files: &[SOFT_SUN, model!("cannonballs.glb"), model!("wrecking-ball.glb")],
+    },
+    Demo {
+        name: "whale-in-the-ocean",
+        text: include_str!("../../scenes/whale-in-the-ocean.toml"),
+        technique: "shexp",
+        files: &[SOFT_SUN, model!("whale.glb")],
+    },
+    Demo {
+        name: "cone-man",
+        text: include_str!("../../scenes/cone-man.toml"),
+        technique: "shexp",
+        files: &[SOFT_SUN, model!("cone-man.glb")],
+    },
 ];
 
 /// Before the name of a demo, wherever a scene file is expected: `demo:still-life`.
@@ -71,7 +109,7 @@ pub(crate) fn run(args: &DemoArgs, console: Console) -> Result<(), Failure> {
     let demo = args.name.as_deref().map_or(Ok(&DEMOS[0]), named)?;
     if let Some(path) = &args.save {
         output::check_writable(path)?;
-        write_whole(path, "scene file", |writer| std::io::Write::write_all(writer, demo.text.as_bytes()))?;
+        demo.unpack(path)?;
         console.note(&format!(
             "wrote {}: render it with `halflight render {}`",
             path.display(),
@@ -118,6 +156,19 @@ fn list(console: Console) {
 }
 
 impl Demo {
+    /// Writes the scene file to a path, and the files that it names beside it.
+    pub(crate) fn unpack(&self, path: &Path) -> Result<(), Failure> {
+        let folder = path.parent().unwrap_or_else(|| Path::new(""));
+        for (name, bytes) in self.files {
+            let file = folder.join(name);
+            let made = file.parent().map_or(Ok(()), std::fs::create_dir_all);
+            made.map_err(|e| Failure::failed(format!("cannot make a folder for {}: {e}", file.display())))?;
+            write_whole(&file, "model", |writer| std::io::Write::write_all(writer, bytes))?;
+        }
+        write_whole(path, "scene file", |writer| std::io::Write::write_all(writer, self.text.as_bytes()))?;
+        Ok(())
+    }
+
     /// What the scene file says of itself.
     fn description(&self) -> &'static str {
         let line = self.text.lines().find_map(|line| line.strip_prefix("description"));
@@ -133,6 +184,7 @@ impl DemoArgs {
         let mut option = |name: &str, value: OsString| line.extend([name.into(), value]);
         let output = self.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}.png", demo.name)));
         option("--output", output.into());
+        option("--technique", demo.technique.into());
         match self.spp {
             Some(samples) => option("--spp", samples.to_string().into()),
             None => {
@@ -160,6 +212,14 @@ mod tests {
     #[test]
     fn every_demo_says_what_it_shows() {
         assert!(DEMOS.iter().all(|demo| demo.description().len() > 10));
+    }
+
+    #[test]
+    fn a_demo_is_unpacked_with_the_files_that_it_names() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("man.toml");
+        named("cone-man").unwrap().unpack(&path).unwrap();
+        assert!(path.exists() && folder.path().join("models/cone-man.glb").exists());
     }
 
     #[test]

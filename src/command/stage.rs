@@ -7,7 +7,7 @@ use halflight_material::Material;
 use halflight_render::techniques;
 use halflight_scene::schema::Table;
 use halflight_scene::spec::ToneName;
-use halflight_scene::{Frame, LoadOptions, Scene};
+use halflight_scene::{Frame, LoadOptions, Scene, Up};
 use halflight_trace::Simd;
 
 use super::demo::{self, Demo};
@@ -15,9 +15,22 @@ use super::failure::Failure;
 use super::output::Tone;
 use super::parse::{Size, assignment};
 
+/// [`Up`] as the command line names it.
+#[derive(clap::ValueEnum, Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum UpAxis {
+    /// As in glTF
+    #[default]
+    Y,
+    /// As in programs that design and print
+    Z,
+}
+
 /// Changes to a scene.
 #[derive(Args, Clone, Debug, Default)]
 pub(crate) struct SceneArgs {
+    /// The axis of a bare model that points up
+    #[arg(long, value_name = "AXIS", value_enum, default_value_t = UpAxis::Y, help_heading = "Scene")]
+    pub(crate) up: UpAxis,
     /// Light from all around: a map (.hdr, .exr, .png), or sky, studio, black
     #[arg(long, value_name = "FILE", help_heading = "Scene")]
     pub(crate) environment: Option<PathBuf>,
@@ -104,7 +117,10 @@ impl Stage {
             size: changes.size.map(|size| [size.width as u32, size.height as u32]),
             set: of_scene,
             simd,
-            ..LoadOptions::default()
+            up: match changes.up {
+                UpAxis::Y => Up::Y,
+                UpAxis::Z => Up::Z,
+            },
         };
         let scene = match demo::built_in(path)? {
             Some(demo) => load_text(demo, &options)?,
@@ -182,7 +198,7 @@ fn load_text(demo: &Demo, options: &LoadOptions) -> Result<Scene, Failure> {
         |e: std::io::Error| Failure::failed(format!("cannot unpack the demo scene {}: {e}", demo.name));
     let folder = tempfile::tempdir().map_err(failure)?;
     let path = folder.path().join(format!("{}.toml", demo.name));
-    std::fs::write(&path, demo.text).map_err(failure)?;
+    demo.unpack(&path)?;
     Scene::load(&path, options).map_err(Failure::failed)
 }
 

@@ -6,6 +6,8 @@ mod memory;
 mod path;
 mod rays;
 mod samplers;
+mod sh;
+mod shexp;
 mod subjects;
 
 use std::path::PathBuf;
@@ -49,9 +51,14 @@ enum Name {
     Memory,
     /// Error of the sampler against independent random numbers
     Samplers,
+    /// Kernels of spherical harmonics
+    Sh,
+    /// The technique `shexp` on three moving scenes, and how its cost grows
+    Shexp,
 }
 
-const ALL: [Name; 5] = [Name::Rays, Name::Build, Name::Path, Name::Memory, Name::Samplers];
+const ALL: [Name; 7] =
+    [Name::Rays, Name::Build, Name::Path, Name::Memory, Name::Samplers, Name::Sh, Name::Shexp];
 
 /// A table with what one must know to read it.
 struct Findings {
@@ -77,6 +84,11 @@ pub(crate) fn run(args: &BenchArgs, console: Console) -> Result<(), Failure> {
             Name::Path => path::measure(args)?,
             Name::Memory => memory::measure(args)?,
             Name::Samplers => samplers::measure(args),
+            Name::Sh => sh::measure(args)?,
+            Name::Shexp => {
+                tell(console, &shexp::scenes(args)?);
+                shexp::growth(args)?
+            }
         };
         tell(console, &findings);
         if interrupt::is_asked_to_stop() {
