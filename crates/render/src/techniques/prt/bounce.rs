@@ -12,7 +12,6 @@ use super::cast::{GROUP, subtract};
 use super::directions::Directions;
 use super::receivers::{Point, Receivers};
 use super::transfer::{NO_MATRIX, Transfer};
-use super::tree::Tree;
 use crate::technique::Progress;
 
 /// Red, green and blue.
@@ -55,7 +54,7 @@ pub(super) fn add_bounces(
                 color.iter_mut().for_each(|t| *t *= albedo * std::f32::consts::FRAC_1_PI);
             }
         }
-        let (given_back, tree) = (&last, &transfer.tree);
+        let (given_back, known) = (&last, &*transfer);
         let groups: Vec<Option<Gathered>> = scene
             .points
             .par_chunks(GROUP)
@@ -64,8 +63,8 @@ pub(super) fn add_bounces(
                 progress.report("bounces", u64::from(bounce), u64::from(bounces));
                 let first = number * GROUP;
                 let with_matrix: Vec<bool> =
-                    (first..first + group.len()).map(|v| transfer.matrix_of[v] != NO_MATRIX).collect();
-                (!progress.stop()).then(|| gather(scene, group, &with_matrix, given_back, tree, n))
+                    (first..first + group.len()).map(|v| known.matrix_of[v] != NO_MATRIX).collect();
+                (!progress.stop()).then(|| gather(scene, group, &with_matrix, given_back, known))
             })
             .collect();
         let mut next = Vec::with_capacity(last.len());
@@ -90,9 +89,9 @@ fn gather(
     points: &[Point],
     with_matrix: &[bool],
     given_back: &[f32],
-    tree: &Tree,
-    n: usize,
+    known: &Transfer,
 ) -> Gathered {
+    let n = known.n;
     let glossy = with_matrix.iter().filter(|&&with| with).count();
     let mut gathered = Gathered {
         diffuse: vec![0.0; points.len() * COLORS * n],
@@ -122,7 +121,7 @@ fn gather(
             let Some((root, weights)) = scene.receivers.locate(scene.frame, hit, position, -direction) else {
                 continue;
             };
-            let (corners, weights) = tree.locate(root, weights);
+            let (corners, weights) = known.locate(root, weights);
             arriving.fill(0.0);
             for (corner, share) in corners.into_iter().zip(weights) {
                 let start = corner as usize * COLORS * n;

@@ -109,7 +109,7 @@ impl<'a> Lit<'a> {
         }
         let (position, side) = (point.position, point.geometric_normal);
         let (root, weights) = self.receivers.locate(self.frame, &point.hit, position, side)?;
-        let (corners, weights) = self.transfer.tree.locate(root, weights);
+        let (corners, weights) = self.transfer.locate(root, weights);
         let mut radiance = point.emitted;
         if material.diffuse != Vec3::ZERO {
             let (mut irradiance, mut unshadowed, mut visible) = (Vec3::ZERO, Vec3::ZERO, 0.0);

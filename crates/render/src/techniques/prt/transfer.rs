@@ -58,6 +58,29 @@ pub(super) struct Transfer {
     pub(super) rays: u64,
 }
 
+impl Transfer {
+    /// The vertices around a point of a root, and their weights. Vertices that see nothing at all are as a rule within
+    /// another body: they do not count where others do.
+    #[inline]
+    pub(super) fn locate(&self, root: u32, weights: Weights) -> ([u32; 3], Weights) {
+        let (corners, weights) = self.tree.locate(root, weights);
+        (corners, without_buried(corners.map(|corner| self.visible[corner as usize]), weights))
+    }
+}
+
+/// Visible shares below this are those of no open place: it is less than one ray.
+const BURIED: f32 = 1e-4;
+
+#[inline]
+fn without_buried(visible: [f32; 3], weights: Weights) -> Weights {
+    if visible.iter().all(|&v| v > BURIED) {
+        return weights;
+    }
+    let kept = [0, 1, 2].map(|i| if visible[i] > BURIED { weights[i].max(0.0) } else { 0.0 });
+    let sum: f32 = kept.iter().sum();
+    if sum > 1e-6 { kept.map(|w| w / sum) } else { weights }
+}
+
 /// The longest edge for a frame.
 pub(super) fn longest_edge(frame: &Frame, settings: &PrtSettings) -> f32 {
     let diagonal = frame.bounds.0.distance(frame.bounds.1);

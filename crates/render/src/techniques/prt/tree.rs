@@ -196,3 +196,83 @@ fn children_weights(kind: u32, weights: &[Weights; 3]) -> Vec<[Weights; 3]> {
         vec![[a, ab, c], [ab, b, c]]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Splits edges that a rule chooses, a few times; vertices get their weights in root 0 of a pair that shares an edge.
+    fn split_tree() -> (Tree, Vec<[f32; 2]>, Vec<Leaf>) {
+        // The unit square as two roots.
+        let mut at = vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+        let mut tree = Tree { nodes: vec![Node::leaf([0, 1, 2]), Node::leaf([0, 2, 3])] };
+        let mut leaves = Leaf::roots(2);
+        for round in 0..7u32 {
+            let mut middles = HashMap::new();
+            for leaf in &leaves {
+                let c = tree.nodes[leaf.node as usize].corners;
+                for k in 0..3 {
+                    let e = edge(c[k], c[(k + 1) % 3]);
+                    if (e.0 * 7 + e.1 * 13 + round) % 3 > 0 && !middles.contains_key(&e) {
+                        let (p, q): ([f32; 2], [f32; 2]) = (at[e.0 as usize], at[e.1 as usize]);
+                        at.push([0.5 * (p[0] + q[0]), 0.5 * (p[1] + q[1])]);
+                        middles.insert(e, (at.len() as u32 - 1, round as f32));
+                    }
+                }
+            }
+            leaves = tree.split(&leaves, &middles);
+        }
+        (tree, at, leaves)
+    }
+
+    fn point(root: u32, w: Weights) -> [f32; 2] {
+        if root == 0 { [w[1] + w[2], w[2]] } else { [w[1], w[1] + w[2]] }
+    }
+
+    #[test]
+    fn weights_found_on_the_way_down_give_the_point_back() {
+        let (tree, at, leaves) = split_tree();
+        assert!(leaves.len() > 200 && tree.is_sound(2, at.len()));
+        for root in 0..2 {
+            for i in 0..=40 {
+                for j in 0..=40 - i {
+                    let weights = [i as f32 / 40.0, j as f32 / 40.0, (40 - i - j) as f32 / 40.0];
+                    let (corners, found) = tree.locate(root, weights);
+                    assert!(found.iter().all(|w| (-1e-4..=1.0001).contains(w)), "{found:?}");
+                    let expected = point(root, weights);
+                    for axis in 0..2 {
+                        let sum: f32 =
+                            corners.iter().zip(found).map(|(&c, w)| at[c as usize][axis] * w).sum();
+                        assert!((sum - expected[axis]).abs() < 1e-5);
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn nothing_jumps_at_the_edge_of_two_roots() {
+        let (tree, at, _) = split_tree();
+        // Any function of the vertices.
+        let value = |(corners, weights): ([u32; 3], Weights)| -> f32 {
+            corners
+                .iter()
+                .zip(weights)
+                .map(|(&c, w)| w * (f32::from(at[c as usize][0] > 0.4) + (c % 5) as f32))
+                .sum()
+        };
+        for i in 0..=1000 {
+            let t = i as f32 / 1000.0;
+            let (one, other) = (tree.locate(0, [1.0 - t, 0.0, t]), tree.locate(1, [1.0 - t, t, 0.0]));
+            assert!((value(one) - value(other)).abs() < 1e-2, "{t}");
+        }
+    }
+
+    #[test]
+    fn the_places_of_vertices_are_where_they_were_made() {
+        let (tree, at, _) = split_tree();
+        for (place, expected) in tree.places(2, at.len()).into_iter().zip(at) {
+            assert_eq!(point(place.0, place.1), expected);
+        }
+    }
+}
