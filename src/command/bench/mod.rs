@@ -7,6 +7,7 @@ mod path;
 mod rays;
 mod samplers;
 mod sh;
+mod shadow_fields;
 mod shexp;
 mod subjects;
 
@@ -51,14 +52,24 @@ enum Name {
     Memory,
     /// Error of the sampler against independent random numbers
     Samplers,
+    /// Error and memory of the fields of the technique `shadow-fields`
+    ShadowFields,
     /// Kernels of spherical harmonics
     Sh,
     /// The technique `shexp` on three moving scenes, and how its cost grows
     Shexp,
 }
 
-const ALL: [Name; 7] =
-    [Name::Rays, Name::Build, Name::Path, Name::Memory, Name::Samplers, Name::Sh, Name::Shexp];
+const ALL: [Name; 8] = [
+    Name::Rays,
+    Name::Build,
+    Name::Path,
+    Name::Memory,
+    Name::Samplers,
+    Name::ShadowFields,
+    Name::Sh,
+    Name::Shexp,
+];
 
 /// A table with what one must know to read it.
 struct Findings {
@@ -84,6 +95,7 @@ pub(crate) fn run(args: &BenchArgs, console: Console) -> Result<(), Failure> {
             Name::Path => path::measure(args)?,
             Name::Memory => memory::measure(args)?,
             Name::Samplers => samplers::measure(args),
+            Name::ShadowFields => shadow_fields::measure(args)?,
             Name::Sh => sh::measure(args)?,
             Name::Shexp => {
                 tell(console, &shexp::scenes(args)?);

@@ -30,7 +30,7 @@ pub(super) fn measure(args: &BenchArgs) -> Result<Findings, Failure> {
     let settings = if args.quick { &SETTINGS[..2] } else { &SETTINGS[..] };
     let rays = if args.quick { 64 } else { 512 };
     let mut table =
-        Table::new(["order", "shells", "directions", "memory", "seconds", "field", "irradiance", "no shadows"]);
+        Table::new(["order", "shells", "directions", "memory", "seconds", "field", "shadow", "no shadows"]);
     for row in field_accuracy(&mesh, settings, rays, args.machine.simd()?) {
         table.row([
             row.order.to_string(),
@@ -46,7 +46,7 @@ pub(super) fn measure(args: &BenchArgs) -> Result<Findings, Failure> {
     let notes = vec![
         format!("the field of a knot, {rays} rays a vector, at 256 points 1.05 to 6 bounding radii away"),
         "field: root mean square error of visibility against rays projected to the same order".into(),
-        "irradiance: mean error under a lobe of light (exponent 8), in parts of the light's own irradiance".into(),
+        "shadow: mean error of the irradiance that is hidden of a lobe of light (exponent 8), in parts of all its light".into(),
     ];
     Ok(Findings { title: "Shadow fields", table, notes })
 }

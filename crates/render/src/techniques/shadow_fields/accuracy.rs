@@ -2,8 +2,8 @@
 //!
 //! At random points 1.05 to 6 bounding radii from the middle and outside the object, the vector of the field is
 //! held against rays: against their projection to the same order (the error of the shells and the grid alone), and, lit by
-//! a soft lobe of light from a random side, against the irradiance that the rays themselves give (the error of the bands
-//! as well).
+//! a soft lobe of light from a random side, against the irradiance that the rays themselves find hidden (the error of
+//! the bands as well).
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -42,7 +42,7 @@ pub struct FieldAccuracy {
     pub seconds: f64,
     /// Root mean square difference of visibility, over points and directions, from rays projected to the same order.
     pub interpolation: f64,
-    /// Mean absolute error of the irradiance by a lobe of light, in parts of the largest that it gives unhidden.
+    /// Mean absolute error of the irradiance that is hidden of a lobe of light, in parts of the lobe's own integral.
     pub irradiance: f64,
     /// That error where nothing is thought to be hidden.
     pub without: f64,
@@ -134,10 +134,10 @@ fn errors_at<const ORDER: usize>(
     let difference = (of_field - (hidden * weight).cast()).norm();
     let cosine = Zh::<ORDER>::clamped_cosine().to_direction(axes(normal));
     let lobe = Zh::<ORDER>::phong(LIGHT).to_direction(axes(light));
-    let irradiance = f64::from((Sh::one() - of_field).product(&cosine).dot(&lobe));
+    let shadow = f64::from(of_field.product(&cosine).dot(&lobe));
     [
         f64::from(difference * difference) / (4.0 * std::f64::consts::PI),
-        (irradiance - lit).abs(),
+        (shadow - (open - lit)).abs(),
         (open - lit).abs(),
     ]
 }
