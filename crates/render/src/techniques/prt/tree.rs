@@ -213,7 +213,7 @@ mod tests {
                 let c = tree.nodes[leaf.node as usize].corners;
                 for k in 0..3 {
                     let e = edge(c[k], c[(k + 1) % 3]);
-                    if (e.0 * 7 + e.1 * 13 + round) % 3 > 0 && !middles.contains_key(&e) {
+                    if !(e.0 * 7 + e.1 * 13 + round).is_multiple_of(3) && !middles.contains_key(&e) {
                         let (p, q): ([f32; 2], [f32; 2]) = (at[e.0 as usize], at[e.1 as usize]);
                         at.push([0.5 * (p[0] + q[0]), 0.5 * (p[1] + q[1])]);
                         middles.insert(e, (at.len() as u32 - 1, round as f32));
