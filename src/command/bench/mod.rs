@@ -99,6 +99,7 @@ pub(crate) fn run(args: &BenchArgs, console: Console) -> Result<(), Failure> {
             Name::Sh => sh::measure(args)?,
             Name::Shexp => {
                 tell(console, &shexp::scenes(args)?);
+                tell(console, &shexp::errors(args)?);
                 shexp::growth(args)?
             }
         };

@@ -18,10 +18,11 @@ use crate::command::techniques::{self, TechniqueSpec};
 use crate::command::{interrupt, resources, words};
 
 /// A scene, and frames a second that the seed states for its own on a GTX 480.
-const SCENES: [(&str, f64); 3] = [("wrecking-ball", 15.0), ("whale-in-the-ocean", 10.0), ("cone-man", 68.0)];
+pub(super) const SCENES: [(&str, f64); 3] =
+    [("wrecking-ball", 15.0), ("whale-in-the-ocean", 10.0), ("cone-man", 68.0)];
 const WIDTH: usize = 960;
 const HEIGHT: usize = 540;
-const FRAMES_A_SECOND: f64 = 30.0;
+pub(super) const FRAMES_A_SECOND: f64 = 30.0;
 
 /// What one scene took.
 struct Run {
