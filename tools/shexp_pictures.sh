@@ -7,10 +7,10 @@ halflight=${1:-target/release/halflight}
 for scene in wrecking-ball whale-in-the-ocean cone-man; do
     for frame in 24 45; do
         time=$(awk "BEGIN { print $frame / 30 }")
-        render=("$halflight" render "scenes/$scene.toml" --frame "$frame" --fps 30 --size 480x270)
+        render=("$halflight" render "scenes/$scene.toml" --frame "$frame" --fps 30 --size 400x225)
         "${render[@]}" -t shexp --spp 16 -o "docs/images/$scene-$frame.shexp.png"
         "${render[@]}" -t path --max-depth 1 --spp 256 -o "docs/images/$scene-$frame.path.png"
         "$halflight" compare "scenes/$scene.toml" -t shexp --reference path:max_depth=1 --reference-spp 256 \
-            --spp 16 --size 480x270 --time "$time" --no-report
+            --spp 16 --size 400x225 --time "$time" --no-report
     done
 done
