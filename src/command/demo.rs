@@ -150,7 +150,7 @@ fn named(name: &str) -> Result<&'static Demo, Failure> {
 
 fn list(console: Console) {
     for demo in DEMOS {
-        console.answer(&format!("{:<16} {}", demo.name, demo.description()));
+        console.answer(&format!("{:<18} {}", demo.name, demo.description()));
         console.event("demo", json!({ "name": demo.name, "description": demo.description() }));
     }
 }

@@ -25,6 +25,9 @@ struct Case {
     order: u32,
 }
 
+/// Sets one of the numbers of a case.
+type Change = fn(Case, f64) -> Case;
+
 /// What stays while another changes.
 const MIDDLE: Case = Case { blockers: 100, pixels: 0.5e6, order: 4 };
 
@@ -34,7 +37,7 @@ pub(in crate::command::bench) fn measure(args: &BenchArgs) -> Result<Findings, F
     let blockers = all(&[25.0, 100.0, 400.0, 1600.0, 6400.0], &[25.0, 100.0]);
     let pixels = all(&[0.25e6, 0.5e6, 1e6, 2e6, 4e6], &[1e4, 4e4]);
     let orders = all(&[3.0, 4.0, 5.0, 6.0], &[3.0, 4.0]);
-    let series: [(&str, Vec<f64>, fn(Case, f64) -> Case); 3] = [
+    let series: [(&str, Vec<f64>, Change); 3] = [
         ("blockers", blockers, |case, n| Case { blockers: n as u32, ..case }),
         ("pixels", pixels, |case, pixels| Case { pixels, ..case }),
         ("order", orders, |case, n| Case { order: n as u32, ..case }),
