@@ -136,9 +136,7 @@ fn form_of(object: &Object) -> (String, usize, usize) {
             1 => ("sphere".into(), 0, 1),
             count => (format!("{count} spheres"), 0, count),
         },
-        Form::MovingSpheres(spheres) => {
-            (format!("{} spheres from a file", spheres.len()), 0, spheres.len())
-        }
+        Form::MovingSpheres(spheres) => (format!("{} spheres from a file", spheres.len()), 0, spheres.len()),
         Form::Rectangle => ("rectangle".into(), 0, 0),
         Form::Disk => ("disk".into(), 0, 0),
         Form::Heights(HeightSource::Still(field), _) => {

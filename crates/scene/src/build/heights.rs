@@ -7,8 +7,8 @@ use glam::{Vec2, Vec3};
 use halflight_file::LoadError;
 use halflight_image::{HeightImage, Plane, load_height};
 use halflight_shape::procedural::{
-    BumpPath, DentedGround, FractalTerrain, MovingBump, Ocean, OceanSettings, OceanSpectrum, ProceduralHeight, SineTerm,
-    SumOfSines,
+    BumpPath, DentedGround, FractalTerrain, MovingBump, Ocean, OceanSettings, OceanSpectrum,
+    ProceduralHeight, SineTerm, SumOfSines,
 };
 use halflight_shape::{HeightField, HeightFieldError};
 

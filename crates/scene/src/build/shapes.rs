@@ -286,7 +286,8 @@ impl Builder {
             }
             _ => {
                 let problem = Problem::new(origin, "expected either `spheres` or `file`");
-                self.reader.report(problem.help("as in spheres = [[0, 0.5, 0, 0.5]]: x, y, z and radius of each"));
+                self.reader
+                    .report(problem.help("as in spheres = [[0, 0.5, 0, 0.5]]: x, y, z and radius of each"));
                 return None;
             }
         };

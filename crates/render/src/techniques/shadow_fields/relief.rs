@@ -37,8 +37,7 @@ impl<const ORDER: usize> Relief<ORDER> {
         let ratio = (last / first).powf(1.0 / (LEVELS - 2) as f32);
         let levels = std::array::from_fn(|k| if k == 0 { 0.0 } else { first * ratio.powi(k as i32 - 1) });
         let at = |i: usize| field.min + step * Vec2::new((i % posts) as f32, (i / posts) as f32);
-        let heights: Vec<f32> =
-            (0..posts * posts).map(at).map(|p| field.height_at(p.x, p.y)).collect();
+        let heights: Vec<f32> = (0..posts * posts).map(at).map(|p| field.height_at(p.x, p.y)).collect();
         let lift = 1e-4 * caster.radius;
         let vector = |i: usize| {
             let (post, level) = (i / (LEVELS + 1), i % (LEVELS + 1));
