@@ -1,5 +1,7 @@
 //! `shexp` beside the path-traced truth under the same light, and beside itself.
 
+#![allow(clippy::unwrap_used)]
+
 use halflight_render::techniques::path::{Path, PathSettings};
 use halflight_render::techniques::shexp::{Shexp, ShexpSettings};
 use halflight_render::{Budget, Film, Quiet, RenderReport, Technique};

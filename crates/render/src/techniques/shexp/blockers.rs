@@ -22,6 +22,10 @@ const FLAT: f32 = 1e-3;
 /// nothing of neighbours, 1.2 to 14 %; ε = 0.2 0.4 to 13 %; ε = 0.05 1 to 8 %, but too dark from afar.
 pub(super) const BODY_EPSILON: f64 = 0.1;
 
+/// Spheres of one object whose overlap is learned anew in every frame, as they may move one by one: some milliseconds.
+/// Of larger objects it is that of the first frame.
+const MOST_LIVE: usize = 1024;
+
 /// What stands for an object of the scene.
 struct Body {
     object: usize,
@@ -84,7 +88,7 @@ impl Bodies {
         bodies
     }
 
-    /// Learns how the spheres of a frame overlap, which is the same in all frames.
+    /// Learns how the spheres of a frame overlap.
     pub(super) fn look_at(&mut self, frame: &Frame) {
         for posed in &frame.objects {
             if let Some(Geometry::Spheres(tracer)) = frame
@@ -132,13 +136,18 @@ impl Bodies {
                     let Geometry::Spheres(tracer) = shown.geometry.as_ref() else { continue };
                     blockers.owners[instance as usize] = (owner, true);
                     let first = blockers.scattered.len();
-                    for sphere in tracer.spheres() {
-                        let sphere = (sphere.center, sphere.radius);
+                    let spheres: Vec<(Vec3, f32)> =
+                        tracer.spheres().iter().map(|s| (s.center, s.radius)).collect();
+                    for &sphere in &spheres {
                         blockers.scattered.push(blocker(&shown.transform.open, sphere, owner, 1.0));
                         owner += 1.0;
                     }
                     blockers.groups.push(first..blockers.scattered.len());
-                    blockers.multiplicities.extend(multiplicities);
+                    if spheres.len() <= MOST_LIVE {
+                        blockers.multiplicities.extend(self::multiplicities(&spheres));
+                    } else {
+                        blockers.multiplicities.extend(multiplicities);
+                    }
                 }
             }
         }

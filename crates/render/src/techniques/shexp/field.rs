@@ -256,7 +256,8 @@ impl FieldVisibility {
             let level = &self.levels[level.min(self.levels.len() - 1)];
             let (to_level, shift) = self.to_level(level);
             for k in 0..AZIMUTHS {
-                if distance <= borders[k] {
+                // No place is higher than the highest.
+                if distance <= borders[k] && above > slopes[k] * distance {
                     let place = middle + AZIMUTH_DIRECTIONS[k] * distance;
                     let height = level.at((place - self.min) * to_level + shift);
                     slopes[k] = slopes[k].max((height - point.y) / distance);
