@@ -79,7 +79,7 @@ impl Bodies {
             let options = SphereFitOptions { spheres: count, ..SphereFitOptions::default() };
             match SphereSet::fit_surface(&surface, &options) {
                 Ok((set, _)) => {
-                    let multiplicities = multiplicities(&set.spheres().collect::<Vec<_>>());
+                    let multiplicities = multiplicities(&set.spheres().collect::<Vec<_>>(), Overlap::Any);
                     bodies.bodies.push(Body { object, set, multiplicities });
                 }
                 Err(error) => bodies.without.push(format!("{name} throws no shadow: {error}")),
@@ -99,7 +99,7 @@ impl Bodies {
             {
                 let spheres: Vec<(Vec3, f32)> =
                     tracer.spheres().iter().map(|s| (s.center, s.radius)).collect();
-                self.spheres.push((posed.object, multiplicities(&spheres)));
+                self.spheres.push((posed.object, multiplicities(&spheres, Overlap::Crossing)));
             }
         }
     }
@@ -144,7 +144,7 @@ impl Bodies {
                     }
                     blockers.groups.push(first..blockers.scattered.len());
                     if spheres.len() <= MOST_LIVE {
-                        blockers.multiplicities.extend(self::multiplicities(&spheres));
+                        blockers.multiplicities.extend(self::multiplicities(&spheres, Overlap::Crossing));
                     } else {
                         blockers.multiplicities.extend(multiplicities);
                     }
@@ -178,8 +178,26 @@ fn bounds(positions: &[Vec3]) -> (Vec3, Vec3) {
     positions.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), &p| (low.min(p), high.max(p)))
 }
 
+/// Which overlaps count as structure and not as chance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Overlap {
+    /// Of all spheres: they fill one body.
+    Any,
+    /// Of spheres that cross in space. One behind another that it does not touch is hidden by chance, which the sum of
+    /// logarithms allows for.
+    Crossing,
+}
+
+impl Overlap {
+    fn counts(self, a: (Vec3, f32), b: (Vec3, f32)) -> bool {
+        /// Spheres that barely touch cross nowhere that matters.
+        const CROSSING: f32 = 0.95;
+        self == Overlap::Any || a.0.distance(b.0) < CROSSING * (a.1 + b.1)
+    }
+}
+
 /// m_b of each sphere: the mean over six directions and three distances around them all, which the seen one is near.
-fn multiplicities(spheres: &[(Vec3, f32)]) -> Vec<f32> {
+fn multiplicities(spheres: &[(Vec3, f32)], overlap: Overlap) -> Vec<f32> {
     /// Distances from the middle, in bounding radii.
     const DISTANCES: [f32; 3] = [1.2, 2.0, 4.0];
     if spheres.is_empty() {
@@ -202,10 +220,12 @@ fn multiplicities(spheres: &[(Vec3, f32)]) -> Vec<f32> {
     (0..spheres.len())
         .into_par_iter()
         .map(|b| {
+            let near: Vec<usize> =
+                (0..spheres.len()).filter(|&j| overlap.counts(spheres[b], spheres[j])).collect();
             let seen = views.iter().map(|caps| {
                 let cap = caps[b];
-                let shared: f32 =
-                    caps.iter().filter(|other| touches(&cap, other)).map(|o| cap.overlap(o)).sum();
+                let others = near.iter().map(|&j| &caps[j]).filter(|other| touches(&cap, other));
+                let shared: f32 = others.map(|other| cap.overlap(other)).sum();
                 (shared / cap.solid_angle().max(f32::MIN_POSITIVE)).max(1.0)
             });
             seen.sum::<f32>() / views.len() as f32
