@@ -7,6 +7,7 @@ pub mod checkpoint;
 pub mod features;
 pub mod film;
 mod gbuffer;
+mod looks;
 pub mod sampler;
 mod sh_light;
 pub mod technique;

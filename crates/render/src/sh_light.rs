@@ -20,6 +20,9 @@ pub(crate) fn axes(direction: Vec3) -> [f32; 3] {
 /// Red, green and blue.
 pub(crate) type Colors<const ORDER: usize> = [Sh<ORDER>; 3];
 
+/// Lights of whose energy less is kept are called sharp.
+pub(crate) const SHARP_LIGHT: f64 = 0.9;
+
 /// The light of one frame.
 pub(crate) struct FrameLight<const ORDER: usize> {
     pub(crate) radiance: Colors<ORDER>,

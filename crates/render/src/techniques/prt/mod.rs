@@ -34,7 +34,6 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
-use glam::Vec2;
 use halflight_scene::lights::Lights;
 use halflight_scene::{Frame, Scene};
 use halflight_trace::Instance;
@@ -42,9 +41,8 @@ use halflight_trace::Instance;
 pub use settings::{PrtSettings, TransferKind};
 
 use crate::film::Film;
-use crate::gbuffer::GBuffer;
-use crate::sampler::Sampler;
-use crate::sh_light::LightCache;
+use crate::looks::{Stages, add_looks};
+use crate::sh_light::{LightCache, SHARP_LIGHT};
 use crate::technique::{Budget, Deadline, Progress, RenderReport, Technique, TechniqueError};
 use key::Key;
 use receivers::Receivers;
@@ -53,12 +51,6 @@ use transfer::Transfer;
 
 /// The name of the technique.
 const NAME: &str = "prt";
-/// Looks through each pixel when nothing limits the work: enough for smooth edges.
-const DEFAULT_SAMPLES: u32 = 4;
-/// Lights of which less is kept are called sharp.
-const SHARP_LIGHT: f64 = 0.9;
-/// More change nothing that shows.
-const MAX_SAMPLES: u32 = 64;
 /// More than this, as matrices or vectors, is refused.
 const MAX_BYTES: u64 = 16 << 30;
 
@@ -269,7 +261,6 @@ impl Technique for Prt {
         progress: &dyn Progress,
     ) -> Result<RenderReport, TechniqueError> {
         let deadline = Deadline::new(budget.seconds);
-        let target = budget.samples.unwrap_or(DEFAULT_SAMPLES).clamp(1, MAX_SAMPLES);
         let Some((light, kept)) = self.lights.light(&frame.lights, self.settings.order) else {
             let reason =
                 "it has no environment, and this technique shades by nothing else (give it one, or use path)";
@@ -282,34 +273,17 @@ impl Technique for Prt {
             RenderReport { notes: self.notes(frame, kept, &prepared), ..RenderReport::default() };
         let lit = Lit::new(frame, &prepared.receivers, &prepared.transfer, &light);
         let mut unknown = 0;
-        for sample in film.min_samples()..target {
-            if progress.stop() {
-                report.interrupted = true;
-                break;
-            }
-            if deadline.passed() && sample > 0 {
-                break;
-            }
-            let offset = if target == 1 {
-                Vec2::splat(0.5)
-            } else {
-                let u = Sampler::new(budget.seed, 0, 0, sample).next_four();
-                Vec2::new(u[0], u[1])
-            };
-            let view = GBuffer::look(frame, film.width(), film.height(), offset);
-            report.rays += view.pixels.len() as u64;
-            let (picture, without) = lit.picture(&view);
+        let work = (&mut report, Stages::default());
+        add_looks(frame, film, (budget, &deadline), progress, work, |view, stages| {
+            let (picture, without) = stages.time("pixels", || lit.picture(view));
             unknown = unknown.max(without);
-            report.non_finite += film.add_picture(&picture);
-            progress.report("samples", u64::from(sample + 1), u64::from(target));
-            progress.pass(film);
-        }
+            picture
+        });
         if unknown > 0 {
             report.notes.push(format!(
                 "{unknown} pixels see a side of a surface that no transfer is worked out for (the inside of a closed body, height fields from below), and are black"
             ));
         }
-        report.elapsed = deadline.elapsed();
         Ok(report)
     }
 }

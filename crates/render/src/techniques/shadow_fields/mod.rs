@@ -29,7 +29,6 @@ mod shells;
 #[cfg(test)]
 mod tests;
 
-use glam::Vec2;
 use halflight_scene::{Frame, Scene};
 use halflight_sh::Simd;
 
@@ -37,9 +36,8 @@ pub use accuracy::{FieldAccuracy, field_accuracy};
 pub use settings::ShadowFieldsSettings;
 
 use crate::film::Film;
-use crate::gbuffer::GBuffer;
-use crate::sampler::Sampler;
-use crate::sh_light::{FrameLight, LightCache};
+use crate::looks::{Stages, add_looks};
+use crate::sh_light::{FrameLight, LightCache, SHARP_LIGHT};
 use crate::technique::{Budget, Deadline, Progress, RenderReport, Technique, TechniqueError};
 use entity::Cast;
 use flat::FlatTable;
@@ -48,12 +46,6 @@ use shade::Shader;
 
 /// The name of the technique.
 const NAME: &str = "shadow-fields";
-/// Looks through each pixel when nothing limits the work: enough for smooth edges.
-const DEFAULT_SAMPLES: u32 = 4;
-/// More change nothing that shows.
-const MAX_SAMPLES: u32 = 64;
-/// Lights of which less is kept are called sharp.
-const SHARP_LIGHT: f64 = 0.9;
 
 /// The technique `shadow-fields`.
 pub struct ShadowFields {
@@ -136,7 +128,6 @@ impl<const ORDER: usize> Prepared<ORDER> {
         progress: &dyn Progress,
     ) -> Result<RenderReport, TechniqueError> {
         let deadline = Deadline::new(budget.seconds);
-        let target = budget.samples.unwrap_or(DEFAULT_SAMPLES).clamp(1, MAX_SAMPLES);
         let cast = self.cast.as_ref().ok_or_else(|| failure("its fields are not prepared"))?;
         let stage = Stage::new(cast, frame)
             .ok_or_else(|| failure("its fields were prepared for a scene of other objects"))?;
@@ -157,27 +148,10 @@ impl<const ORDER: usize> Prepared<ORDER> {
         };
         let notes = notes(frame, light.as_ref(), lamps, cast, &stage);
         let mut report = RenderReport { notes, ..RenderReport::default() };
-        for sample in film.min_samples()..target {
-            if progress.stop() {
-                report.interrupted = true;
-                break;
-            }
-            if deadline.passed() && sample > 0 {
-                break;
-            }
-            let offset = if target == 1 {
-                Vec2::splat(0.5)
-            } else {
-                let u = Sampler::new(budget.seed, 0, 0, sample).next_four();
-                Vec2::new(u[0], u[1])
-            };
-            let view = GBuffer::look(frame, film.width(), film.height(), offset);
-            report.rays += view.pixels.len() as u64;
-            report.non_finite += film.add_picture(&shade::shade(&shader, &view));
-            progress.report("samples", u64::from(sample + 1), u64::from(target));
-            progress.pass(film);
-        }
-        report.elapsed = deadline.elapsed();
+        let work = (&mut report, Stages::default());
+        add_looks(frame, film, (budget, &deadline), progress, work, |view, stages| {
+            stages.time("pixels", || shade::shade(&shader, view))
+        });
         Ok(report)
     }
 }

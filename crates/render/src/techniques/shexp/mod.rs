@@ -22,9 +22,7 @@ mod shade;
 mod solve;
 
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::{Duration, Instant};
 
-use glam::Vec2;
 use halflight_scene::{Frame, Scene};
 use halflight_sh::{BlockerTable, ClosedForm, Simd};
 use halflight_trace::{Geometry, Instance};
@@ -32,9 +30,8 @@ use halflight_trace::{Geometry, Instance};
 pub use settings::ShexpSettings;
 
 use crate::film::Film;
-use crate::gbuffer::GBuffer;
-use crate::sampler::Sampler;
-use crate::sh_light::{FrameLight, LightCache};
+use crate::looks::{Stages, add_looks};
+use crate::sh_light::{FrameLight, LightCache, SHARP_LIGHT};
 use crate::technique::{Budget, Deadline, Progress, RenderReport, Technique, TechniqueError};
 use blockers::{BODY_EPSILON, Bodies};
 use field::{FieldVisibility, WedgeTable};
@@ -44,14 +41,8 @@ use solve::{Solver, Tables};
 
 /// The name of the technique.
 const NAME: &str = "shexp";
-/// Looks through each pixel when nothing limits the work: enough for smooth edges.
-const DEFAULT_SAMPLES: u32 = 4;
-/// Lights of which less is kept are called sharp.
-const SHARP_LIGHT: f64 = 0.9;
 /// Rectangles that block light.
 const MOST_PLATES: usize = 4;
-/// More change nothing that shows.
-const MAX_SAMPLES: u32 = 64;
 
 /// The technique `shexp`.
 pub struct Shexp {
@@ -158,7 +149,6 @@ impl Shexp {
         progress: &dyn Progress,
     ) -> Result<RenderReport, TechniqueError> {
         let deadline = Deadline::new(budget.seconds);
-        let target = budget.samples.unwrap_or(DEFAULT_SAMPLES).clamp(1, MAX_SAMPLES);
         let Some(light) = prepared.light.light(&frame.lights) else {
             let reason =
                 "it has no environment, and this technique shades by nothing else (give it one, or use path)";
@@ -180,32 +170,11 @@ impl Shexp {
         };
         let mut report =
             RenderReport { notes: self.notes(&light, blockers.len()), ..RenderReport::default() };
-        for sample in film.min_samples()..target {
-            if progress.stop() {
-                report.interrupted = true;
-                break;
-            }
-            if deadline.passed() && sample > 0 {
-                break;
-            }
-            let offset = if target == 1 {
-                Vec2::splat(0.5)
-            } else {
-                // The same point in every pixel, so that neighbours stay comparable.
-                let u = Sampler::new(budget.seed, 0, 0, sample).next_four();
-                Vec2::new(u[0], u[1])
-            };
-            let look = || GBuffer::look(frame, film.width(), film.height(), offset);
-            let view = stages.time("g-buffer", look);
-            report.rays += view.pixels.len() as u64;
-            let lattice = stages.time("lattice", || Lattice::solve(&solver, &view, &self.settings));
-            let picture = stages.time("pixels", || lattice.shade(&solver, &view, frame));
-            report.non_finite += stages.time("film", || film.add_picture(&picture));
-            progress.report("samples", u64::from(sample + 1), u64::from(target));
-            progress.pass(film);
-        }
-        report.elapsed = deadline.elapsed();
-        report.stages = stages.0;
+        let work = (&mut report, stages);
+        add_looks(frame, film, (budget, &deadline), progress, work, |view, stages| {
+            let lattice = stages.time("lattice", || Lattice::solve(&solver, view, &self.settings));
+            stages.time("pixels", || lattice.shade(&solver, view, frame))
+        });
         Ok(report)
     }
 }
@@ -233,23 +202,6 @@ fn plates(frame: &Frame) -> Vec<Plate> {
         .take(MOST_PLATES)
         .filter_map(|(i, instance)| Plate::new(*i, &instance.transform.open))
         .collect()
-}
-
-/// Wall time by stage.
-#[derive(Default)]
-struct Stages(Vec<(&'static str, Duration)>);
-
-impl Stages {
-    fn time<T>(&mut self, stage: &'static str, work: impl FnOnce() -> T) -> T {
-        let start = Instant::now();
-        let result = work();
-        let taken = start.elapsed();
-        match self.0.iter_mut().find(|(name, _)| *name == stage) {
-            Some((_, sum)) => *sum += taken,
-            None => self.0.push((stage, taken)),
-        }
-        result
-    }
 }
 
 /// The level of the harmonics for that of the rays.
