@@ -7,25 +7,40 @@ use std::time::Instant;
 
 use glam::Vec3;
 use halflight_material::test_kit::Random;
-use halflight_material::{Lookup, Material, MaterialKind, MeasuredBrdf, SurfaceInput, merl_bytes};
+use halflight_material::{
+    ColorInput, ConductorColor, Lookup, Material, MaterialKind, MeasuredBrdf, SurfaceInput, merl_bytes,
+};
 
 const PAIRS: usize = 4096;
 
 fn main() {
-    let mut materials: Vec<(String, Material)> = [
-        "diffuse",
-        "phong:0.3,specular=0.5,exponent=50",
-        "conductor:gold,roughness=0.3",
-        "conductor:0.9,roughness=0.3",
-        "glass",
-        "glass:1.5,roughness=0.3",
-        "metallic-roughness:0.8,roughness=0.4",
-    ]
-    .iter()
-    .filter_map(|spec| Some((spec.to_string(), Material::from_spec(spec).ok()?)))
-    .collect();
-    let source = Material::from_spec("conductor:gold,roughness=0.3").ok();
-    let Some(source) = source else { return };
+    let Some(source) = Material::metal("gold", 0.3) else { return };
+    let white = || ColorInput::Constant(Vec3::splat(0.9));
+    let colored = ConductorColor::Normal(white());
+    let mut materials: Vec<(String, Material)> = vec![
+        ("diffuse".into(), Material::diffuse(Vec3::splat(0.5))),
+        ("phong".into(), Material::phong(Vec3::splat(0.3), Vec3::splat(0.5), 50.0)),
+        ("metal of a complex index".into(), source.clone()),
+        ("coloured metal".into(), {
+            let kind = MaterialKind::Conductor { color: colored, roughness: 0.3.into(), anisotropy: 0.0 };
+            Material::new("coloured metal", kind)
+        }),
+        ("glass".into(), Material::glass(1.5)),
+        ("rough glass".into(), {
+            let kind = MaterialKind::Dielectric { ior: 1.5, roughness: 0.3.into(), tint: Vec3::ONE.into() };
+            Material::new("rough glass", kind)
+        }),
+        ("metallic-roughness".into(), {
+            let kind = MaterialKind::MetallicRoughness {
+                base_color: white(),
+                metallic: 0.0.into(),
+                roughness: 0.4.into(),
+                transmission: 0.0.into(),
+                ior: 1.5,
+            };
+            Material::new("metallic-roughness", kind)
+        }),
+    ];
     let bsdf = source.bsdf(&SurfaceInput::default());
     let start = Instant::now();
     let bytes = merl_bytes(|wo, wi| bsdf.eval(wo, wi) / wi.z);

@@ -40,7 +40,6 @@ mod metals;
 mod microfacet;
 mod phong;
 mod sampling;
-mod spec;
 pub mod test_kit;
 mod texture;
 
@@ -50,5 +49,4 @@ pub use low_frequency::LowFrequency;
 pub use material::{ConductorColor, Material, MaterialKind};
 pub use merl::{AlbedoAt, Lookup, MeasuredBrdf, MeasuredInfo, merl_bytes, write_merl};
 pub use metals::{metal, metal_names};
-pub use spec::SpecError;
 pub use texture::{Texture, UvTransform, Wrap};

@@ -11,6 +11,7 @@ use crate::diffuse::Diffuse;
 use crate::input::{ColorInput, NormalMap, Opacity, ScalarInput, SurfaceInput};
 use crate::merl::MeasuredBrdf;
 use crate::metallic_roughness::MetallicRoughness;
+use crate::metals::metal;
 use crate::microfacet::{self, Ggx};
 use crate::phong::Phong;
 
@@ -119,6 +120,24 @@ impl Material {
     /// A surface that only shines, with one radiance in every direction.
     pub fn emissive(radiance: Vec3) -> Self {
         Self { emission: Some(radiance.into()), ..Self::new("emissive", MaterialKind::Black) }
+    }
+
+    /// A diffuse part and a power-cosine lobe, each of one colour.
+    pub fn phong(diffuse: Vec3, specular: Vec3, exponent: f32) -> Self {
+        let (diffuse, specular) = (diffuse.into(), specular.into());
+        Self::new("phong", MaterialKind::Phong { diffuse, specular, exponent: exponent.into() })
+    }
+
+    /// A metal that [`metal`] knows by name; `None` for others.
+    ///
+    /// ```
+    /// use halflight_material::Material;
+    /// assert!(Material::metal("gold", 0.2).is_some());
+    /// ```
+    pub fn metal(name: &str, roughness: f32) -> Option<Self> {
+        let (eta, k) = metal(name)?;
+        let color = ConductorColor::Complex { eta, k };
+        Some(Self::new(name, MaterialKind::Conductor { color, roughness: roughness.into(), anisotropy: 0.0 }))
     }
 
     /// An ideal mirror.

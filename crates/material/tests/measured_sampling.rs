@@ -46,7 +46,7 @@ fn view(degrees: f32) -> Vec3 {
 
 #[test]
 fn a_narrow_lobe_is_sampled_with_a_hundredth_of_the_variance_of_cosine_sampling() {
-    let brdf = common::synthetic("conductor:gold,roughness=0.25", Lookup::Interpolated);
+    let brdf = common::synthetic(&common::metal("gold", 0.25, 0.0), Lookup::Interpolated);
     let material = Material::new("gold", MaterialKind::Measured(brdf));
     for degrees in [5.0, 30.0, 60.0] {
         let [lobe, cosine] = compare(&material, view(degrees), 40_000);

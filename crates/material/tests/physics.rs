@@ -11,9 +11,7 @@ fn input() -> SurfaceInput {
 }
 
 fn all() -> Vec<(String, f32, Material)> {
-    let analytic = common::SPECS.iter().map(|spec| {
-        (spec.to_string(), common::ior(spec), Material::from_spec(spec).expect("a known material"))
-    });
+    let analytic = common::analytic().into_iter().map(|known| (known.name.into(), known.ior, known.material));
     let measured =
         common::measured_materials().iter().map(|(name, material)| (name.clone(), 1.0, material.clone()));
     let textured = common::textured()
@@ -41,14 +39,19 @@ fn no_material_returns_more_light_than_it_gets() {
 
 #[test]
 fn a_lambert_surface_a_mirror_and_clear_glass_conserve_light_exactly() {
-    let white = |spec: &str| Material::from_spec(spec).expect("a known material");
-    for spec in ["diffuse:1", "mirror", "glass", "glass:1.33", "glass:0.8"] {
-        let material = white(spec);
+    for (ior, material) in [
+        (1.0, Material::diffuse(Vec3::ONE)),
+        (1.0, Material::mirror()),
+        (1.5, Material::glass(1.5)),
+        (1.33, Material::glass(1.33)),
+        (0.8, Material::glass(0.8)),
+    ] {
         let bsdf = material.bsdf(&SurfaceInput::default());
         for z in [1.0f32, 0.7, 0.2, 0.01, -0.6, -0.9, -0.05] {
             let wo = Vec3::new((1.0 - z * z).max(0.0).sqrt(), 0.0, z);
-            let found = furnace(&bsdf, wo, common::ior(spec), 1000, 5);
-            assert!((found.albedo - Vec3::ONE).abs().max_element() < 2e-5, "{spec} at cosine {z}: {found:?}");
+            let found = furnace(&bsdf, wo, ior, 1000, 5);
+            let error = (found.albedo - Vec3::ONE).abs().max_element();
+            assert!(error < 2e-5, "{} of index {ior} at cosine {z}: {found:?}", material.name);
         }
     }
 }
@@ -56,12 +59,12 @@ fn a_lambert_surface_a_mirror_and_clear_glass_conserve_light_exactly() {
 #[test]
 fn what_single_scattering_loses_stays_what_it_is_known_to_be() {
     // A white GGX metal loses next to nothing at α = 0.04 and about half at α = 1: light between facets is left out.
-    let albedo = |spec: &str| {
-        let material = Material::from_spec(spec).expect("known");
+    let albedo = |roughness: f32| {
+        let material = common::colored_metal(Vec3::ONE, roughness);
         furnace(&material.bsdf(&SurfaceInput::default()), Vec3::Z, 1.0, 40_000, 1).albedo.x
     };
-    let smooth = albedo("conductor:1,roughness=0.2");
-    let rough = albedo("conductor:1,roughness=1");
+    let smooth = albedo(0.2);
+    let rough = albedo(1.0);
     assert!(smooth > 0.995 && smooth <= 1.001, "{smooth}");
     assert!(rough > 0.3 && rough < 0.8, "{rough}");
 }
@@ -114,10 +117,11 @@ fn refraction_bends_by_snell_and_scales_radiance_by_the_square_of_the_indices() 
 #[test]
 fn samples_carry_the_integral_of_what_is_evaluated() {
     // Quadrature of eval over a uniform sphere against the mean weight of samples.
-    for spec in
-        ["phong:0.3,specular=0.5,exponent=10", "conductor:gold,roughness=0.8", "glass:1.5,roughness=0.9"]
-    {
-        let material = Material::from_spec(spec).expect("known");
+    for material in [
+        Material::phong(Vec3::splat(0.3), Vec3::splat(0.5), 10.0),
+        common::metal("gold", 0.8, 0.0),
+        common::glass(1.5, 0.9, Vec3::ONE),
+    ] {
         let bsdf = material.bsdf(&SurfaceInput::default());
         let wo = Vec3::new(0.5, 0.1, 0.7).normalize();
         let mut random = Random::new(5);
@@ -131,7 +135,8 @@ fn samples_carry_the_integral_of_what_is_evaluated() {
             / n as f32;
         assert!(
             (uniform - sampled).abs().max_element() < 0.01,
-            "{spec}: {uniform} by quadrature, {sampled} sampled"
+            "{}: {uniform} by quadrature, {sampled} sampled",
+            material.name
         );
     }
 }

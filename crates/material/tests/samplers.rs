@@ -35,9 +35,9 @@ fn check(name: &str, material: &Material, tests: usize, failures: &mut Vec<Strin
 #[test]
 fn every_analytic_sampler_follows_its_density() {
     let mut failures = Vec::new();
-    for spec in common::SPECS {
-        let material = Material::from_spec(spec).expect("a known material");
-        check(spec, &material, 5 * common::SPECS.len(), &mut failures);
+    let materials = common::analytic();
+    for known in &materials {
+        check(known.name, &known.material, 5 * materials.len(), &mut failures);
     }
     assert!(failures.is_empty(), "{}", failures.join("\n"));
 }
@@ -62,9 +62,7 @@ fn every_textured_sampler_follows_its_density() {
 
 #[test]
 fn the_test_itself_sees_an_exponent_that_is_told_wrongly_by_a_tenth_and_a_factor_of_a_twentieth() {
-    let material = |exponent: f32| {
-        Material::from_spec(&format!("phong:0,specular=1,exponent={exponent}")).expect("known")
-    };
+    let material = |exponent: f32| Material::phong(Vec3::ZERO, Vec3::ONE, exponent);
     let (drawn, told) = (material(30.0), material(33.0));
     let input = SurfaceInput::default();
     let (drawn, told, wo) = (drawn.bsdf(&input), told.bsdf(&input), Vec3::Z);

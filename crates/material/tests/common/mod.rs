@@ -7,68 +7,96 @@ use std::sync::{Arc, LazyLock};
 use glam::Vec3;
 use halflight_image::{Texels, TextureImage};
 use halflight_material::{
-    ColorInput, Lookup, Material, MaterialKind, MeasuredBrdf, Opacity, ScalarInput, SurfaceInput, Texture,
-    merl_bytes,
+    ColorInput, ConductorColor, Lookup, Material, MaterialKind, MeasuredBrdf, Opacity, ScalarInput,
+    SurfaceInput, Texture, merl_bytes,
 };
 
-/// Analytic materials, by the lines that describe them.
-pub(crate) const SPECS: [&str; 24] = [
-    "diffuse:0.8,0.4,0.2",
-    "phong:0.3,0.2,0.1,specular=0.5,exponent=30",
-    "phong:0,specular=0.9,exponent=2000",
-    "conductor:gold,roughness=0.05",
-    "conductor:silver,roughness=0.3",
-    "conductor:0.9,0.5,0.3,roughness=0.7",
-    "conductor:1,roughness=1",
-    "conductor:copper,roughness=0.4,anisotropy=0.9",
-    "conductor:chromium,roughness=0.3,anisotropy=-0.7",
-    "mirror",
-    "mirror:0.9,0.8,0.7",
-    "glass",
-    "glass:1.33,tint=0.9,1,0.8",
-    "glass:1.5,roughness=0.1",
-    "glass:1.5,roughness=0.5",
-    "glass:1.05,roughness=0.8",
-    "glass:2.4,roughness=0.9,tint=1,0.5,0.2",
-    "glass:0.7,roughness=0.4",
-    "metallic-roughness:0.8,0.2,0.1,roughness=0.5",
-    "metallic-roughness:1,metallic=1,roughness=0.2",
-    "metallic-roughness:1,metallic=0.5,roughness=0",
-    "metallic-roughness:0.9,0.9,0.5,roughness=0.3,transmission=0.6",
-    "metallic-roughness:0,metallic=0,roughness=1",
-    "black",
-];
-
-/// Index of refraction of the inside, for what is a border.
-pub(crate) fn ior(spec: &str) -> f32 {
-    match spec.strip_prefix("glass") {
-        Some(rest) => {
-            rest.trim_start_matches(':').split(',').next().and_then(|n| n.parse().ok()).unwrap_or(1.5)
-        }
-        None => 1.0,
-    }
+/// A material of the tests: what it is called, and the index of refraction of its inside (1 for what is no border).
+pub(crate) struct Known {
+    pub(crate) name: &'static str,
+    pub(crate) ior: f32,
+    pub(crate) material: Material,
 }
 
-/// A table made from an analytic material, both ways to read it.
-pub(crate) fn synthetic(spec: &str, lookup: Lookup) -> Arc<MeasuredBrdf> {
-    let source = Material::from_spec(spec).expect("a known material");
+/// Analytic materials of every kind.
+pub(crate) fn analytic() -> Vec<Known> {
+    let entry = |name, material| Known { name, ior: 1.0, material };
+    let border = |name, ior, material| Known { name, ior, material };
+    vec![
+        entry("diffuse", Material::diffuse(Vec3::new(0.8, 0.4, 0.2))),
+        entry("phong", Material::phong(Vec3::new(0.3, 0.2, 0.1), Vec3::splat(0.5), 30.0)),
+        entry("sharp phong", Material::phong(Vec3::ZERO, Vec3::splat(0.9), 2000.0)),
+        entry("nearly smooth gold", metal("gold", 0.05, 0.0)),
+        entry("silver", metal("silver", 0.3, 0.0)),
+        entry("coloured metal", colored_metal(Vec3::new(0.9, 0.5, 0.3), 0.7)),
+        entry("rough white metal", colored_metal(Vec3::ONE, 1.0)),
+        entry("brushed copper", metal("copper", 0.4, 0.9)),
+        entry("chromium brushed across", metal("chromium", 0.3, -0.7)),
+        entry("mirror", Material::mirror()),
+        entry("coloured mirror", colored_mirror(Vec3::new(0.9, 0.8, 0.7))),
+        border("glass", 1.5, Material::glass(1.5)),
+        border("tinted glass like water", 1.33, glass(1.33, 0.0, Vec3::new(0.9, 1.0, 0.8))),
+        border("slightly rough glass", 1.5, glass(1.5, 0.1, Vec3::ONE)),
+        border("rough glass", 1.5, glass(1.5, 0.5, Vec3::ONE)),
+        border("glass that hardly bends", 1.05, glass(1.05, 0.8, Vec3::ONE)),
+        border("tinted glass like diamond", 2.4, glass(2.4, 0.9, Vec3::new(1.0, 0.5, 0.2))),
+        border("glass turned inside out", 0.7, glass(0.7, 0.4, Vec3::ONE)),
+        entry("plastic", metallic_roughness(Vec3::new(0.8, 0.2, 0.1), 0.0, 0.5, 0.0)),
+        entry("glTF metal", metallic_roughness(Vec3::ONE, 1.0, 0.2, 0.0)),
+        entry("smooth half metal", metallic_roughness(Vec3::ONE, 0.5, 0.0, 0.0)),
+        entry("thin wall", metallic_roughness(Vec3::new(0.9, 0.9, 0.5), 0.0, 0.3, 0.6)),
+        entry("black plastic", metallic_roughness(Vec3::ZERO, 0.0, 1.0, 0.0)),
+        entry("black", Material::new("black", MaterialKind::Black)),
+    ]
+}
+
+pub(crate) fn metal(name: &str, roughness: f32, anisotropy: f32) -> Material {
+    let (eta, k) = halflight_material::metal(name).expect("a known metal");
+    let color = ConductorColor::Complex { eta, k };
+    Material::new(name, MaterialKind::Conductor { color, roughness: roughness.into(), anisotropy })
+}
+
+pub(crate) fn colored_metal(color: Vec3, roughness: f32) -> Material {
+    let color = ConductorColor::Normal(color.into());
+    Material::new("metal", MaterialKind::Conductor { color, roughness: roughness.into(), anisotropy: 0.0 })
+}
+
+fn colored_mirror(color: Vec3) -> Material {
+    let color = ConductorColor::Constant(color.into());
+    Material::new("mirror", MaterialKind::Conductor { color, roughness: 0.0.into(), anisotropy: 0.0 })
+}
+
+pub(crate) fn glass(ior: f32, roughness: f32, tint: Vec3) -> Material {
+    Material::new("glass", MaterialKind::Dielectric { ior, roughness: roughness.into(), tint: tint.into() })
+}
+
+fn metallic_roughness(base_color: Vec3, metallic: f32, roughness: f32, transmission: f32) -> Material {
+    let (base_color, metallic, roughness) = (base_color.into(), metallic.into(), roughness.into());
+    let transmission = transmission.into();
+    let kind = MaterialKind::MetallicRoughness { base_color, metallic, roughness, transmission, ior: 1.5 };
+    Material::new("metallic-roughness", kind)
+}
+
+/// A table made from an analytic material.
+pub(crate) fn synthetic(source: &Material, lookup: Lookup) -> Arc<MeasuredBrdf> {
     let bsdf = source.bsdf(&SurfaceInput::default());
     let bytes = merl_bytes(|wo, wi| bsdf.eval(wo, wi) / wi.z);
-    Arc::new(MeasuredBrdf::decode(&bytes, Path::new(spec), lookup).expect("what was written is read"))
+    Arc::new(MeasuredBrdf::decode(&bytes, Path::new(&source.name), lookup).expect("what was written is read"))
 }
 
 pub(crate) fn measured_materials() -> &'static [(String, Material)] {
     static MATERIALS: LazyLock<Vec<(String, Material)>> = LazyLock::new(|| {
         [
-            ("conductor:gold,roughness=0.25", Lookup::Nearest),
-            ("conductor:gold,roughness=0.25", Lookup::Interpolated),
-            ("phong:0.3,0.2,0.1,specular=0.3,exponent=300", Lookup::Interpolated),
-            ("diffuse:0.7", Lookup::Nearest),
+            (metal("gold", 0.25, 0.0), Lookup::Nearest),
+            (metal("gold", 0.25, 0.0), Lookup::Interpolated),
+            (Material::phong(Vec3::new(0.3, 0.2, 0.1), Vec3::splat(0.3), 300.0), Lookup::Interpolated),
+            (Material::diffuse(Vec3::splat(0.7)), Lookup::Nearest),
         ]
         .into_iter()
-        .map(|(spec, lookup)| {
-            let brdf = synthetic(spec, lookup);
-            (format!("measured {spec} {lookup:?}"), Material::new(spec, MaterialKind::Measured(brdf)))
+        .map(|(source, lookup)| {
+            let brdf = synthetic(&source, lookup);
+            let name = format!("measured {} {lookup:?}", source.name);
+            (name, Material::new(source.name, MaterialKind::Measured(brdf)))
         })
         .collect()
     });

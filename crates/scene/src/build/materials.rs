@@ -312,13 +312,42 @@ mod tests {
     }
 
     #[test]
-    fn a_mistaken_material_text_is_told_with_the_nearest_word() {
-        for (text, hint) in [("difuse", "`diffuse`"), ("phong exponnent=4", "`exponent`"), ("", "not a type")]
-        {
-            let Err(error) = material_from_text(text, &mut Builder::default()) else {
-                panic!("{text:?} is no material");
-            };
-            assert!(error.to_string().contains(hint), "{error}");
+    fn every_mistake_in_a_material_text_is_told_with_what_was_meant() {
+        for (text, hint) in [
+            ("difuse", "`diffuse`"),
+            ("phong exponnent=4", "`exponent`"),
+            ("", "not a type"),
+            ("conductor metal=golt", "gold"),
+            ("gold rougness=0.2", "`roughness`"),
+            ("gold roughness=2", "0 to 1"),
+            ("gold roughness=nan", "nan"),
+            ("diffuse albedo=1.5", "1.5"),
+            ("diffuse albedo=-1", "-1"),
+            ("diffuse albedo=[0.1, 0.2]", "a list of 2 values"),
+            ("diffuse albedo=inf", "inf"),
+            ("glass ior=0", "ior"),
+            ("measured", "file"),
+            ("no-such-file.binary", "no-such-file.binary"),
+            ("mirror shiny", "shiny"),
+        ] {
+            let mut builder = Builder::default();
+            let found = material_from_text(text, &mut builder)
+                .and_then(|material| builder.reader.finish(Some(material)).map_err(SceneError::from));
+            let Err(error) = found else { panic!("{text:?} is no material") };
+            assert!(error.to_string().contains(hint), "{text:?}: {error}");
         }
+    }
+
+    #[test]
+    fn a_material_text_may_tell_colours_light_and_sides() {
+        let material = |text: &str| crate::material_from_text(text).expect("the text is a material");
+        let lamp = material("diffuse albedo=0.5 emission=[3, 2, 1] two_sided=false");
+        assert!(lamp.is_emissive() && !lamp.two_sided);
+        assert_eq!(lamp.mean_emission(), Vec3::new(3.0, 2.0, 1.0));
+        assert_eq!(material("emissive radiance=9").mean_emission(), Vec3::splat(9.0));
+        let brown = material("diffuse:albedo=[0.8, 0.2, 0.1]");
+        assert!(
+            matches!(brown.kind, MaterialKind::Diffuse { albedo: ColorInput::Constant(c) } if c == Vec3::new(0.8, 0.2, 0.1))
+        );
     }
 }

@@ -1,4 +1,4 @@
-//! Pictures on surfaces, and materials from lines of text.
+//! Pictures on surfaces, and the colours of metals.
 
 use std::f32::consts::FRAC_PI_2;
 use std::sync::Arc;
@@ -113,7 +113,7 @@ fn a_normal_map_bends_the_normal_and_never_below_the_surface() {
 #[test]
 fn gold_is_yellow_copper_is_red_and_silver_is_bright() {
     let straight_on = |name: &str| {
-        let material = Material::from_spec(&format!("conductor:{name}")).expect("a known metal");
+        let material = Material::metal(name, 0.3).expect("a known metal");
         material.bsdf(&SurfaceInput::default()).albedo()
     };
     let gold = straight_on("gold");
@@ -127,46 +127,4 @@ fn gold_is_yellow_copper_is_red_and_silver_is_bright() {
         assert!(straight_on(name).max_element() <= 1.0);
     }
     assert!(metal("aluminum").is_some());
-}
-
-#[test]
-fn every_mistake_in_a_line_is_told_with_what_was_meant() {
-    for (spec, expected) in [
-        ("difuse:0.5", "did you mean diffuse?"),
-        ("conductor:golt", "did you mean gold?"),
-        ("conductor:gold,rougness=0.2", "did you mean roughness?"),
-        ("conductor:gold,roughness=2", "number from 0 to 1"),
-        ("conductor:gold,roughness=nan", "number from 0 to 1"),
-        ("diffuse:1.5", "it would make light"),
-        ("diffuse:-1", "not a colour"),
-        ("diffuse:0.1,0.2", "not a colour"),
-        ("diffuse:inf", "not a colour"),
-        ("diffuse:#12345", "not a colour"),
-        ("diffuse:0.5,,", "between two commas"),
-        ("diffuse:0.5,nearest", "means nothing to diffuse"),
-        ("glass:0", "number from 0.1 to 10"),
-        ("black:0.4", "takes no value"),
-        ("measured", "needs a file"),
-        ("measured:no-such-file.binary", "no such file"),
-        ("", "there is no kind"),
-        ("mirror,shiny", "there is no flag"),
-    ] {
-        let error = Material::from_spec(spec).expect_err(spec).to_string();
-        assert!(error.contains(expected), "{spec}: {error}");
-    }
-}
-
-#[test]
-fn lines_give_the_materials_they_say() {
-    let albedo = |spec: &str| {
-        Material::from_spec(spec).unwrap_or_else(|e| panic!("{e}")).bsdf(&SurfaceInput::default()).albedo()
-    };
-    assert_eq!(albedo("diffuse:0.8,0.2,0.1"), Vec3::new(0.8, 0.2, 0.1));
-    assert_eq!(albedo("diffuse"), Vec3::splat(0.5));
-    assert_eq!(albedo("Diffuse: 0.25"), Vec3::splat(0.25));
-    assert!((albedo("diffuse:#ff0080") - Vec3::new(1.0, 0.0, 0.215_86)).length() < 1e-4);
-    let lamp = Material::from_spec("diffuse:0.5,emission=3,2,1,one-sided").expect("right");
-    assert!(lamp.is_emissive() && !lamp.two_sided);
-    assert_eq!(lamp.mean_emission(), Vec3::new(3.0, 2.0, 1.0));
-    assert_eq!(Material::from_spec("emissive:9").expect("right").mean_emission(), Vec3::splat(9.0));
 }
