@@ -5,10 +5,10 @@
 
 use std::str::FromStr;
 
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 
 use super::coordinates::Coordinates;
-use super::grid::{PHI_D, THETA_D, THETA_H, cell};
+use super::grid::{CELLS, PHI_D, THETA_D, THETA_H, cell};
 
 /// How a value between the centres of cells is found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -32,7 +32,8 @@ impl FromStr for Lookup {
     }
 }
 
-/// The reflectances per steradian, colours of a cell side by side.
+/// The reflectances per steradian, colours of a cell side by side, and a cell of nothing behind them, so that each can
+/// be read as four numbers.
 #[derive(Debug)]
 pub(crate) struct Table {
     cells: Vec<[f32; 3]>,
@@ -40,7 +41,9 @@ pub(crate) struct Table {
 }
 
 impl Table {
-    pub(crate) fn new(cells: Vec<[f32; 3]>, lookup: Lookup) -> Self {
+    pub(crate) fn new(mut cells: Vec<[f32; 3]>, lookup: Lookup) -> Self {
+        debug_assert_eq!(cells.len(), CELLS);
+        cells.push([0.0; 3]);
         Self { cells, lookup }
     }
 
@@ -49,7 +52,7 @@ impl Table {
     }
 
     pub(crate) fn cells(&self) -> &[[f32; 3]] {
-        &self.cells
+        &self.cells[..CELLS]
     }
 
     #[inline]
@@ -65,16 +68,18 @@ impl Table {
         let (h0, h1, fh) = between(at.theta_h, THETA_H);
         let (d0, d1, fd) = between(at.theta_d, THETA_D);
         let position = at.phi_d - 0.5;
-        let floor = position.floor();
-        // −1 is the cell before the first: the last one, by reciprocity.
-        let p0 = if floor < 0.0 { PHI_D - 1 } else { (floor as usize).min(PHI_D - 1) };
-        let p1 = if p0 + 1 == PHI_D { 0 } else { p0 + 1 };
-        let fp = position - floor;
+        // The first cell comes after the last one, by reciprocity.
+        let next = ((position + 1.0) as usize).min(PHI_D);
+        let p0 = if next == 0 { PHI_D - 1 } else { next - 1 };
+        let p1 = if next == PHI_D { 0 } else { next };
+        let fp = position - (next as f32 - 1.0);
+        let numbers = self.cells.as_flattened();
         let row = |h: usize, d: usize| {
             let start = cell(h, d, 0);
-            Vec3::from_array(self.cells[start + p0]).lerp(Vec3::from_array(self.cells[start + p1]), fp)
+            let [first, second] = [p0, p1].map(|p| Vec4::from_slice(&numbers[3 * (start + p)..]));
+            first.lerp(second, fp)
         };
-        row(h0, d0).lerp(row(h0, d1), fd).lerp(row(h1, d0).lerp(row(h1, d1), fd), fh)
+        row(h0, d0).lerp(row(h0, d1), fd).lerp(row(h1, d0).lerp(row(h1, d1), fd), fh).truncate()
     }
 }
 

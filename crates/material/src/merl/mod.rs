@@ -33,7 +33,7 @@ pub use write::{merl_bytes, write_merl};
 use crate::bsdf::BsdfSample;
 use coordinates::Coordinates;
 use lookup::Table;
-use sampling::LobeTable;
+use sampling::{LobeTable, View};
 
 /// A measured isotropic BRDF, with what is needed to sample it. Takes 19 MB.
 #[derive(Debug)]
@@ -79,14 +79,20 @@ impl MeasuredBrdf {
 
     #[inline]
     pub(crate) fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Vec3, f32) {
+        self.eval_pdf_for(&View::of(wo), wo, wi)
+    }
+
+    #[inline]
+    fn eval_pdf_for(&self, view: &View, wo: Vec3, wi: Vec3) -> (Vec3, f32) {
         let at = Coordinates::of(wo, wi);
-        (self.table.at(&at, wo, wi) * wi.z, self.lobes.pdf(wo, wi, &at))
+        (self.table.at(&at, wo, wi) * wi.z, self.lobes.pdf(view, wi, &at))
     }
 
     #[inline]
     pub(crate) fn sample(&self, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
-        let wi = self.lobes.sample(wo, u_lobe, u)?;
-        BsdfSample::scattered(wi, self.eval_pdf(wo, wi))
+        let view = View::of(wo);
+        let wi = self.lobes.sample(&view, wo, u_lobe, u)?;
+        BsdfSample::scattered(wi, self.eval_pdf_for(&view, wo, wi))
     }
 
     pub(crate) fn albedo_straight_on(&self) -> Vec3 {
