@@ -6,6 +6,8 @@
 //! | | |
 //! |---|---|
 //! | [`bandwidth`] | bandwidth vectors, their operators along a path, pixels, levels, sample counts |
+//! | [`wavelet`] | the bandwidth of pictures in linear time, of the whole or around each texel |
+//! | [`mapping`] | the same in cycles per radian or metre: environments, textures on surfaces, area lights |
 //! | [`measured`] | the windowed Fourier transform that predictions are held against |
 //!
 //! ```
@@ -25,4 +27,6 @@
 //! ```
 
 pub mod bandwidth;
+pub mod mapping;
 pub mod measured;
+pub mod wavelet;
