@@ -1,4 +1,5 @@
-//! Interrupt signals: the first asks the work to stop soon and keep what is there, the second ends it at once.
+//! Signals. Of those that interrupt, the first asks the work to stop soon and keep what is there, the second ends it at
+//! once. That a file grew beyond the limit is an error of writing it, which is told like any other.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -15,6 +16,17 @@ pub(crate) fn listen() {
         }
         eprintln!("\nstopping; again to stop at once");
     });
+}
+
+/// From now on, a file beyond the limit on their size (`ulimit -f`) does not end the program: writing it fails, as on a
+/// full disk.
+pub(crate) fn survive_large_files() {
+    #[cfg(unix)]
+    {
+        // Nobody asks whether it came: to have a handler is enough. Without one, the signal still ends the program.
+        let unread = std::sync::Arc::new(AtomicBool::new(false));
+        let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, unread);
+    }
 }
 
 /// Whether a signal has come.

@@ -37,6 +37,7 @@ use failure::{DONE, Failure};
 /// Runs the command line; the answer is the exit code of the process.
 pub(crate) fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     tell_bugs_apart();
+    interrupt::survive_large_files();
     let cli = match Cli::try_parse_from(arguments) {
         Ok(cli) => cli,
         Err(error) => {

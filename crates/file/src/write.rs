@@ -16,7 +16,7 @@ const ABANDONED_AFTER: Duration = Duration::from_secs(600);
 /// Whatever the writer or the file system says; the temporary file is removed, and what stood under the name
 /// before still stands.
 ///
-/// A process that is killed in the middle (a signal for too large a file, say) leaves its temporary file behind: the
+/// A process that is killed in the middle leaves its temporary file behind: the
 /// next write under the same name removes those of processes that are no more.
 pub fn write_whole(
     path: &Path,
@@ -47,6 +47,8 @@ pub fn write_whole(
         let hint = match e.kind() {
             io::ErrorKind::NotFound => Some("make the folder first"),
             io::ErrorKind::PermissionDenied => Some("choose a folder you may write to"),
+            io::ErrorKind::FileTooLarge => Some("raise the limit on the size of files (`ulimit -f`)"),
+            io::ErrorKind::QuotaExceeded => Some("free some of your share of the disk, or choose another"),
             io::ErrorKind::StorageFull => Some("free some space, or choose another disk"),
             _ => None,
         };
