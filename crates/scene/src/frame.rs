@@ -1,14 +1,15 @@
 //! One instant of a scene, or one shutter interval: what techniques are handed.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use glam::{Affine3A, Vec2, Vec3};
 use halflight_material::Material;
-use halflight_shape::ModelLightKind;
+use halflight_shape::{HeightField, ModelLightKind};
 use halflight_trace::{Geometry, Instance, Motion, World};
+use rayon::prelude::*;
 
 use crate::SceneError;
-use crate::build::{Form, HeightSource, Object};
+use crate::build::{Form, HeightSource, Object, built_once};
 use crate::camera::Camera;
 use crate::geometry;
 use crate::lights::{DeltaLight, Emitter, EmitterShape, Lights};
@@ -86,6 +87,7 @@ impl Scene {
     /// If a picture of a height sequence cannot be read.
     pub fn at(&self, time_seconds: f64) -> Result<Frame, SceneError> {
         let times = self.camera.shutter.map(|offset| time_seconds + offset);
+        self.objects.par_iter().for_each(prepare);
         let mut instances = Vec::new();
         let (mut slots, mut names, mut emitters) = (Vec::new(), Vec::new(), Vec::new());
         let mut objects = Vec::with_capacity(self.objects.len());
@@ -212,6 +214,25 @@ fn add_model_lights(object: &Object, times: [f64; 2], deltas: &mut Vec<DeltaLigh
     }
 }
 
+/// Builds what all frames share of an object, so that many objects are built side by side.
+fn prepare(object: &Object) {
+    match &object.form {
+        Form::Mesh(part) => drop(part.geometry()),
+        Form::Model(model) => model.prepare(),
+        Form::Spheres(spheres, tracer) => drop(still_spheres(spheres, tracer)),
+        Form::Heights(HeightSource::Still(field), tracer) => drop(still_heights(field, tracer)),
+        Form::MovingSpheres(_) | Form::Rectangle | Form::Disk | Form::Heights(..) => {}
+    }
+}
+
+fn still_spheres(spheres: &[(Vec3, f32)], tracer: &OnceLock<Arc<Geometry>>) -> Arc<Geometry> {
+    Arc::clone(built_once(tracer, || Arc::new(geometry::spheres(spheres))))
+}
+
+fn still_heights(field: &Arc<HeightField>, tracer: &OnceLock<Arc<Geometry>>) -> Arc<Geometry> {
+    Arc::clone(built_once(tracer, || Arc::new(geometry::height_field(Arc::clone(field)))))
+}
+
 /// The parts of an object over the shutter interval, in its own space.
 fn parts(object: &Object, times: [f64; 2]) -> Result<Vec<Part>, SceneError> {
     let one = |geometry: Arc<Geometry>| vec![Part { geometry, transform: [Affine3A::IDENTITY; 2] }];
@@ -221,16 +242,12 @@ fn parts(object: &Object, times: [f64; 2]) -> Result<Vec<Part>, SceneError> {
             let posed = model.pose(times).into_iter();
             posed.map(|p| Part { geometry: p.geometry, transform: p.transform }).collect()
         }
-        Form::Spheres(spheres, tracer) => {
-            one(Arc::clone(tracer.get_or_init(|| Arc::new(geometry::spheres(spheres)))))
-        }
+        Form::Spheres(spheres, tracer) => one(still_spheres(spheres, tracer)),
         // Each moves in its own way, and none of them while the shutter is open.
         Form::MovingSpheres(spheres) => one(Arc::new(geometry::spheres(&spheres.at(times[0])))),
         Form::Rectangle => one(Arc::new(geometry::rectangle())),
         Form::Disk => one(Arc::new(geometry::disk())),
-        Form::Heights(HeightSource::Still(field), tracer) => {
-            one(Arc::clone(tracer.get_or_init(|| Arc::new(geometry::height_field(Arc::clone(field))))))
-        }
+        Form::Heights(HeightSource::Still(field), tracer) => one(still_heights(field, tracer)),
         Form::Heights(source, _) if times[0] == times[1] => {
             one(Arc::new(geometry::height_field(source.at(times[0])?)))
         }

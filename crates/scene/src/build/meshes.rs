@@ -5,6 +5,7 @@ use std::sync::{Arc, OnceLock};
 use glam::{Affine3A, Vec3};
 use halflight_shape::{Model, ModelLight, PosedMesh, TriangleMesh};
 use halflight_trace::{Geometry, MeshTracer};
+use rayon::prelude::*;
 
 use super::Displacement;
 use crate::spec::Shading;
@@ -23,7 +24,19 @@ impl MeshPart {
 
     pub(crate) fn geometry(&self) -> Arc<Geometry> {
         let build = || Arc::new(Geometry::Mesh(MeshTracer::build(Arc::clone(&self.mesh))));
-        Arc::clone(self.tracer.get_or_init(build))
+        Arc::clone(built_once(&self.tracer, build))
+    }
+}
+
+/// What is there, or else is built. Nobody waits for another's building: a thread that did, while it helps others, could
+/// come to wait for itself. At worst a thing is built twice, and one of the two is dropped.
+pub(crate) fn built_once<T>(place: &OnceLock<T>, build: impl FnOnce() -> T) -> &T {
+    match place.get() {
+        Some(there) => there,
+        None => {
+            let built = build();
+            place.get_or_init(|| built)
+        }
     }
 }
 
@@ -201,6 +214,27 @@ impl ModelShape {
         self.parts.iter().zip(&posed).map(shown).collect()
     }
 
+    /// Builds what all frames share, by all threads.
+    pub(crate) fn prepare(&self) {
+        self.still.par_iter().for_each(|part| {
+            part.geometry();
+        });
+        let wanted = |part: &ModelPart| matches!(part, ModelPart::Deforms(rest) if rest.get().is_none());
+        if self.parts.iter().any(wanted) {
+            let posed = self.model.pose(self.start as f32);
+            self.parts.par_iter().zip(&posed).for_each(|(part, posed)| {
+                if let ModelPart::Deforms(rest) = part {
+                    self.rest_tracer(rest, posed);
+                }
+            });
+        }
+    }
+
+    fn rest_tracer<'a>(&self, rest: &'a OnceLock<Box<MeshTracer>>, at_start: &PosedMesh) -> &'a MeshTracer {
+        let build = || Box::new(MeshTracer::build(self.finish.apply_posed(&at_start.mesh)));
+        built_once(rest, build).as_ref()
+    }
+
     /// The meshes over a shutter interval.
     pub(crate) fn pose(&self, times: [f64; 2]) -> Vec<PosedPart> {
         let [open, close] = self.clock(times);
@@ -212,10 +246,10 @@ impl ModelShape {
             let geometry = match part {
                 ModelPart::Still(still) => self.still[*still].geometry(),
                 ModelPart::Deforms(rest) => {
-                    let rest = rest.get_or_init(|| {
-                        let posed = self.model.pose(self.start as f32);
-                        Box::new(MeshTracer::build(self.finish.apply_posed(&posed[index].mesh)))
-                    });
+                    let rest = match rest.get() {
+                        Some(tracer) => tracer,
+                        None => self.rest_tracer(rest, &self.model.pose(self.start as f32)[index]),
+                    };
                     let moved: Option<Vec<Vec3>> = at_close.as_ref().map(|_| after.mesh.positions.clone());
                     // Always from the same tree, so that a frame does not depend on those asked for before it.
                     let mut tracer = MeshTracer::clone(rest);
@@ -225,6 +259,6 @@ impl ModelShape {
             };
             PosedPart { geometry, transform: [before.transform, after.transform] }
         };
-        self.parts.iter().enumerate().map(part).collect()
+        self.parts.par_iter().enumerate().map(part).collect()
     }
 }

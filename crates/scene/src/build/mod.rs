@@ -31,7 +31,7 @@ pub(crate) use heights::{HeightSource, relief};
 pub(crate) use lights::LightRig;
 use materials::default_material;
 pub(crate) use materials::material_from_text;
-pub(crate) use meshes::{MeshPart, ModelShape};
+pub(crate) use meshes::{MeshPart, ModelShape, built_once};
 pub(crate) use shapes::{Form, Object, facing_up};
 
 /// What is shared while a scene is built.
