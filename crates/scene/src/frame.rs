@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 use glam::{Affine3A, Vec2, Vec3};
 use halflight_material::Material;
 use halflight_shape::{HeightField, ModelLightKind};
-use halflight_trace::{Geometry, Instance, Motion, World};
+use halflight_trace::{Geometry, Instance, Motion, RayGeometry, World};
 use rayon::prelude::*;
 
 use crate::SceneError;
@@ -69,6 +69,9 @@ impl Frame {
         self.shutter_seconds[1] > self.shutter_seconds[0]
     }
 }
+
+/// Height fields of more triangles than this are not sampled as lights: each triangle takes a quarter of a kilobyte.
+pub(crate) const MOST_SHINING_FACETS: usize = 1 << 18;
 
 /// A part of an object over the shutter interval.
 struct Part {
@@ -183,7 +186,14 @@ impl Scene {
                     add(EmitterShape::Triangle { corners, uvs }, mesh.material_slot(index), index as u32);
                 }
             }
-            // A shining height field is found by chance alone; the loader says so.
+            (_, Geometry::HeightField(tracer)) if tracer.primitives() <= MOST_SHINING_FACETS => {
+                for primitive in 0..tracer.primitives() as u32 {
+                    let [open, close] = [0.0, 1.0].map(|time| tracer.corners(primitive, time));
+                    let corners = [open.map(|(corner, _)| corner), close.map(|(corner, _)| corner)];
+                    add(EmitterShape::Triangle { corners, uvs: open.map(|(_, uv)| uv) }, 0, primitive);
+                }
+            }
+            // A larger height field is found by chance alone; the loader says so.
             _ => {}
         }
     }

@@ -147,11 +147,21 @@ fn exact_shapes_are_displaced_as_meshes_or_say_that_they_are_not() {
 }
 
 #[test]
-fn a_shining_height_field_says_that_it_is_found_by_chance() {
+fn a_large_shining_height_field_says_that_it_is_found_by_chance() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join("scene.toml");
-    let text = "[[shape]]\ntype = \"height-field\"\nheights = { type = \"fractal\" }\nmaterial = { type = \"emissive\" }\n";
-    std::fs::write(&path, text).expect("written");
-    let scene = Scene::load(&path, &LoadOptions::default()).expect("a scene");
-    assert!(scene.warnings()[0].contains("by chance"), "{:?}", scene.warnings());
+    for (posts, warned) in [(512, true), (300, false)] {
+        let text = format!(
+            "[[shape]]\ntype = \"height-field\"\nheights = {{ type = \"fractal\" }}\nposts = [{posts}, {posts}]\n\
+             material = {{ type = \"emissive\" }}\n"
+        );
+        std::fs::write(&path, text).expect("written");
+        let scene = Scene::load(&path, &LoadOptions::default()).expect("a scene");
+        assert_eq!(
+            scene.warnings().iter().any(|w| w.contains("by chance")),
+            warned,
+            "{:?}",
+            scene.warnings()
+        );
+    }
 }

@@ -52,6 +52,16 @@ impl HeightSource {
         }
     }
 
+    /// Triangles of the field.
+    pub(crate) fn facets(&self) -> usize {
+        let [columns, rows] = match self {
+            Self::Still(field) => [field.columns, field.rows],
+            Self::Formula { posts, .. } => *posts,
+            Self::Sequence(sequence) => sequence.size,
+        };
+        2 * (columns - 1) * (rows - 1)
+    }
+
     /// The field at a time.
     pub(crate) fn at(&self, time_seconds: f64) -> Result<Arc<HeightField>, LoadError> {
         match self {

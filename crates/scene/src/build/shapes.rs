@@ -11,6 +11,7 @@ use halflight_trace::Geometry;
 use super::meshes::Finish;
 use super::node_spheres::NodeSpheres;
 use super::{Builder, HeightSource, MaterialEntry, MeshPart, ModelShape};
+use crate::frame::MOST_SHINING_FACETS;
 use crate::geometry;
 use crate::motion::Track;
 use crate::schema::{At, FilePath, Origin, Problem};
@@ -118,10 +119,13 @@ impl Builder {
             ));
         }
         let shines = materials.iter().any(|&index| self.materials[index as usize].is_emissive());
-        if shines && matches!(form, Form::Heights(..)) {
+        if let Form::Heights(source, _) = form
+            && shines
+            && source.facets() > MOST_SHINING_FACETS
+        {
             self.warnings.push(format!(
-                "{name}: the light of a shining height field is found by chance alone, which is noisy; a mesh is \
-                 sampled as a light"
+                "{name}: the light of so large a shining height field is found by chance alone, which is noisy; up to \
+                 {MOST_SHINING_FACETS} triangles are sampled as lights (360 × 360 posts)"
             ));
         }
     }

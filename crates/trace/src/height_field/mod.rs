@@ -102,6 +102,20 @@ impl HeightFieldTracer {
         &self.field
     }
 
+    /// Corners of a primitive at a time from 0 to 1, in the order that faces up, with their texture coordinates.
+    #[must_use]
+    pub fn corners(&self, primitive: u32, time: f32) -> [(Vec3, Vec2); 3] {
+        let (cells_x, cells_z) = self.field.cells();
+        let cell = (primitive / 2) as usize;
+        let other = if primitive & 1 == 0 { [(1, 1), (1, 0)] } else { [(0, 1), (1, 1)] };
+        [(0, 0), other[0], other[1]].map(|(dx, dz)| {
+            let (i, j) = (cell % cells_x + dx, cell / cells_x + dz);
+            let post = self.field.post(i, j);
+            let uv = Vec2::new(i as f32 / cells_x as f32, j as f32 / cells_z as f32);
+            (Vec3::new(post.x, self.height(i, j, time), post.z), uv)
+        })
+    }
+
     /// The height of a post at a time within the shutter.
     fn height(&self, column: usize, row: usize, time: f32) -> f32 {
         let post = row * self.field.columns + column;
