@@ -3,9 +3,10 @@
 use glam::Vec2;
 use halflight_scene::Frame;
 use halflight_scene::camera::View;
-use halflight_trace::Ray;
+use halflight_trace::{Ray, Simd};
 
 use crate::sampler::Sampler;
+use crate::samplers::{LANES, Samplers};
 
 /// Camera rays of one frame on one film. Filter: a box of one pixel.
 #[derive(Clone, Copy, Debug)]
@@ -30,6 +31,32 @@ impl CameraSampler {
         let time = if self.shutter_is_open { sampler.next_four()[0] } else { 0.0 };
         let pixel = Vec2::new(x as f32 + u[0], y as f32 + u[1]);
         (self.view.ray(pixel, Vec2::new(u[2], u[3]), time), sampler)
+    }
+
+    /// The rays of sample `sample` of some pixels, at most as many as there is room for, and the random numbers for what
+    /// comes after them: those of [`CameraSampler::ray`] for each. Returns how many.
+    pub fn rays(
+        &self,
+        pixels: impl Iterator<Item = [usize; 2]> + Clone,
+        sample: u32,
+        simd: Simd,
+        rays: &mut [Ray; LANES],
+    ) -> (usize, Samplers) {
+        let seeded = pixels.clone().map(|[x, y]| [x as u32, y as u32]);
+        let mut samplers = Samplers::new(self.seed, seeded, sample, simd);
+        let count = pixels.clone().count().min(LANES);
+        let mut numbers = [[0.0; LANES]; 4];
+        samplers.next_four(count, &mut numbers);
+        let u = numbers;
+        if self.shutter_is_open {
+            samplers.next_four(count, &mut numbers);
+        }
+        for (i, ([x, y], ray)) in pixels.zip(rays).enumerate() {
+            let time = if self.shutter_is_open { numbers[0][i] } else { 0.0 };
+            let pixel = Vec2::new(x as f32 + u[0][i], y as f32 + u[1][i]);
+            *ray = self.view.ray(pixel, Vec2::new(u[2][i], u[3][i]), time);
+        }
+        (count, samplers)
     }
 
     /// The camera in front of this film.

@@ -9,6 +9,7 @@ pub mod film;
 mod gbuffer;
 mod looks;
 pub mod sampler;
+pub mod samplers;
 mod sh_light;
 pub mod technique;
 pub mod techniques;

@@ -27,14 +27,38 @@ impl Sampler {
     /// The next four numbers, each in [0, 1).
     #[inline]
     pub fn next_four(&mut self) -> [f32; 4] {
-        let seed = self.pixel_seed.wrapping_add(self.set.wrapping_mul(0x9E37_79B9));
+        let seed = Self::set_seed(self.pixel_seed.wrapping_add(Self::set_offset(self.set)));
         self.set += 1;
-        sobol_burley::sample_4d(self.index, 0, hash(seed))
+        sobol_burley::sample_4d(self.index, 0, seed)
+    }
+
+    /// What a set adds to the seed of a pixel.
+    #[inline(always)]
+    pub(crate) fn set_offset(set: u32) -> u32 {
+        set.wrapping_mul(0x9E37_79B9)
+    }
+
+    /// The seed of a sequence, from the sum of a pixel's and a set's.
+    #[inline(always)]
+    pub(crate) fn set_seed(sum: u32) -> u32 {
+        hash(sum)
+    }
+
+    pub(crate) fn from_parts(pixel_seed: u32, index: u32, set: u32) -> Self {
+        Self { pixel_seed, index, set }
+    }
+
+    pub(crate) fn pixel_seed(&self) -> u32 {
+        self.pixel_seed
+    }
+
+    pub(crate) fn index(&self) -> u32 {
+        self.index
     }
 }
 
 /// A permutation of the 32-bit numbers without visible structure (Wellons' `lowbias32`).
-#[inline]
+#[inline(always)]
 fn hash(mut x: u32) -> u32 {
     x ^= x >> 16;
     x = x.wrapping_mul(0x7FEB_352D);

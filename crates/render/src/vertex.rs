@@ -37,9 +37,12 @@ impl<'a> Vertex<'a> {
             normal = (bump.x * tangent + bump.y * bitangent + bump.z * normal).normalize_or(normal);
         }
         normal = facing_like(normal, surface.geometric_normal, towards_eye);
-        tangent = (tangent - normal * normal.dot(tangent)).normalize_or_zero();
-        if tangent == Vec3::ZERO {
-            tangent = normal.any_orthonormal_vector();
+        // The surface's tangent is perpendicular to the surface's own shading normal.
+        if normal != surface.shading_normal {
+            tangent = (tangent - normal * normal.dot(tangent)).normalize_or_zero();
+            if tangent == Vec3::ZERO {
+                tangent = normal.any_orthonormal_vector();
+            }
         }
         let axes = [tangent, normal.cross(tangent), normal];
         let wo = to_local(&axes, towards_eye);

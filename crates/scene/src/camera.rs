@@ -73,6 +73,7 @@ pub struct View {
 impl View {
     /// The ray through the continuous pixel position `pixel`, from the lens point that the unit-square sample
     /// `lens` chooses, at `time` in 0..1 across the shutter.
+    #[inline]
     pub fn ray(&self, pixel: Vec2, lens: Vec2, time: f32) -> Ray {
         let plane = (self.offset + pixel * self.scale).extend(-1.0);
         let (origin, direction) = if self.camera.aperture_radius > 0.0 {
@@ -96,6 +97,7 @@ impl View {
         Vec3::from(pose.matrix3.z_axis).dot(Vec3::from(pose.translation) - point)
     }
 
+    #[inline]
     fn pose_at(&self, time: f32) -> Affine3A {
         let [open, close] = self.camera.pose;
         if !self.moves {

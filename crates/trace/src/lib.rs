@@ -41,6 +41,6 @@ pub use height_field::HeightFieldTracer;
 pub use mesh::MeshTracer;
 pub use motion::Motion;
 pub use ray::{Hit, Ray, Surface};
-pub use simd::{Simd, UnknownSimd};
+pub use simd::{Kernel, Simd, UnknownSimd};
 pub use spheres::{Sphere, SphereTracer};
 pub use world::{Instance, World};

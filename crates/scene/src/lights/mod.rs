@@ -6,13 +6,15 @@
 
 pub mod emitter;
 pub mod environment;
+mod many;
 pub mod sky;
 mod solid_angle;
 
 use glam::{Vec2, Vec3};
 
 pub use emitter::{Emitter, EmitterShape};
-pub use environment::{Environment, EnvironmentMap, MapPoint, luminance};
+pub use many::LightSamples;
+pub use environment::{Environment, EnvironmentMap, MANY, MapPoint, luminance};
 pub use sky::{Sky, studio};
 
 use crate::sampling::Choice;

@@ -86,8 +86,9 @@ fn closest_any<V: Lanes>(mesh: &MeshTracer, ray: &Ray) -> Option<LocalHit> {
     if mesh.is_moving() { closest_body::<V, true>(mesh, ray) } else { closest_body::<V, false>(mesh, ray) }
 }
 
+/// [`occluded`], to be called from a function compiled for the instructions of `V`.
 #[inline(always)]
-fn occluded_any<V: Lanes>(mesh: &MeshTracer, ray: &Ray) -> bool {
+pub(crate) fn occluded_any<V: Lanes>(mesh: &MeshTracer, ray: &Ray) -> bool {
     if mesh.tree.nodes.is_empty() {
         return false;
     }

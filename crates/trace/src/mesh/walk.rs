@@ -134,8 +134,11 @@ impl<V: Lanes> WideBoxRay<V> {
     }
 
     /// Near ends of the ray's stay in each child, and a bit for each child that it meets before `end`.
+    ///
+    /// # Safety
+    /// `node` is a node of the tree; one walked with `MOVING` has as many `close` boxes as nodes.
     #[inline(always)]
-    unsafe fn meet<const MOVING: bool>(&self, tree: &Tree, node: usize, end: f32) -> (V, u32) {
+    pub(crate) unsafe fn meet<const MOVING: bool>(&self, tree: &Tree, node: usize, end: f32) -> (V, u32) {
         let mut near = V::splat(0.0);
         let mut far = V::splat(end);
         for axis in 0..3 {

@@ -3,10 +3,12 @@
 //! Each inner loop is one `#[inline(always)]` body over [`Lanes`], and is instantiated inside one
 //! `#[target_feature]` function per level; the level is chosen at run time, so one binary serves every machine.
 
+mod kernel;
 mod lanes;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
+pub use kernel::Kernel;
 pub(crate) use lanes::{Lanes, Plain};
 #[cfg(target_arch = "x86_64")]
 pub(crate) use x86::{Wide8, Wide16};

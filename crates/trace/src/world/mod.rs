@@ -3,6 +3,7 @@
 mod packet;
 mod place;
 mod query;
+mod scattered;
 mod surface;
 
 use std::sync::Arc;
@@ -120,7 +121,17 @@ impl World {
         packet::occluded_packet(self, rays, &mut blocked[..rays.len()]);
     }
 
+    /// [`World::occluded`] for many rays that need not have anything in common, as those from the surfaces of a block
+    /// of pixels to the lights.
+    ///
+    /// # Panics
+    /// If there are fewer places for answers than rays.
+    pub fn occluded_scattered(&self, rays: &[Ray], blocked: &mut [bool]) {
+        scattered::occluded_scattered(self, rays, &mut blocked[..rays.len()]);
+    }
+
     /// What shading needs to know of a hit that this world gave for this ray.
+    #[inline]
     #[must_use]
     pub fn surface(&self, ray: &Ray, hit: &Hit) -> Surface {
         surface::surface(self, ray, hit)

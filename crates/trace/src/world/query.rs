@@ -7,7 +7,7 @@ use super::{Many, Top, World};
 use crate::mesh::levels;
 use crate::mesh::walk::{BoxRay, Visitor, walk};
 use crate::simd::{Lanes, Plain, Simd};
-use crate::{Geometry, Hit, LocalHit, Ray};
+use crate::{Geometry, Hit, LocalHit, Ray, RayGeometry};
 
 /// Asks one instance.
 #[inline(always)]
@@ -25,6 +25,7 @@ pub(super) fn occluded_in(world: &World, number: u32, ray: &Ray) -> bool {
     let Some(local) = world.places[number as usize].local_ray(ray) else { return false };
     match world.instances[number as usize].geometry.as_ref() {
         Geometry::Mesh(mesh) => levels::occluded(world.simd, mesh, &local),
+        Geometry::Rectangle(rectangle) => rectangle.occluded(&local),
         other => other.as_rays().occluded(&local),
     }
 }

@@ -10,17 +10,23 @@ use glam::{Affine3A, Vec3};
 use super::World;
 use super::place::{Kind, inverse_of};
 use crate::simd::ROUNDOFF;
-use crate::{Hit, LocalHit, LocalSurface, Ray, Surface};
+use crate::{Geometry, Hit, LocalHit, LocalSurface, Ray, RayGeometry, Surface};
 
 /// Roundings of one coordinate of a transformed point.
 const TRANSFORM_ROUNDINGS: f32 = 4.0;
 
+#[inline]
 pub(super) fn surface(world: &World, ray: &Ray, hit: &Hit) -> Surface {
     let number = hit.instance as usize;
     let place = &world.places[number];
     let local_hit = LocalHit { t: hit.t, primitive: hit.primitive, u: hit.u, v: hit.v };
-    let local_ray = place.local_ray(ray).unwrap_or(*ray);
-    let local = world.instances[number].geometry.as_rays().surface(&local_ray, &local_hit);
+    let local = match world.instances[number].geometry.as_ref() {
+        // These look at nothing of the ray but its time, which is the same in every space.
+        Geometry::Mesh(mesh) => mesh.surface(ray, &local_hit),
+        Geometry::HeightField(field) => field.surface(ray, &local_hit),
+        Geometry::Rectangle(rectangle) => rectangle.surface(ray, &local_hit),
+        other => other.as_rays().surface(&place.local_ray(ray).unwrap_or(*ray), &local_hit),
+    };
     let placed = match &place.kind {
         Kind::Here => local,
         Kind::Fixed(inverse) => transformed(&local, &world.instances[number].transform.open, inverse),
@@ -64,7 +70,11 @@ fn transformed(local: &LocalSurface, transform: &Affine3A, inverse: &Affine3A) -
     let scaled_normal = normal_through(inverse, local.geometric_normal);
     let shrink = scaled_normal.length();
     let geometric_normal = scaled_normal / shrink;
-    let mut shading_normal = normal_through(inverse, local.shading_normal).normalize_or(geometric_normal);
+    let mut shading_normal = if local.shading_normal == local.geometric_normal {
+        geometric_normal
+    } else {
+        normal_through(inverse, local.shading_normal).normalize_or(geometric_normal)
+    };
     if shading_normal.dot(geometric_normal) < 0.0 {
         shading_normal = geometric_normal;
     }
@@ -94,8 +104,15 @@ fn transformed(local: &LocalSurface, transform: &Affine3A, inverse: &Affine3A) -
 
 /// The part of a tangent that is perpendicular to the normal, of unit length; any such direction if there is none.
 fn unit_tangent(tangent: Vec3, normal: Vec3) -> Vec3 {
-    let tangent = tangent.normalize_or_zero();
-    let flat = tangent - normal * normal.dot(tangent);
-    // Shorter than this it is mostly rounding.
-    if flat.length_squared() > 1e-8 { flat.normalize() } else { normal.any_orthonormal_vector() }
+    let flat_part = |tangent: Vec3| tangent - normal * normal.dot(tangent);
+    let flat = flat_part(tangent);
+    let (length, flat_length) = (tangent.length_squared(), flat.length_squared());
+    // Shorter than this part of it, what is left is mostly rounding.
+    const LEAST: f32 = 1e-8;
+    if flat_length > LEAST * length && flat_length > f32::MIN_POSITIVE && length < f32::INFINITY {
+        return flat / flat_length.sqrt();
+    }
+    // Perhaps it was only too long or too short to be squared.
+    let flat = flat_part(tangent.normalize_or_zero());
+    if flat.length_squared() > LEAST { flat.normalize() } else { normal.any_orthonormal_vector() }
 }

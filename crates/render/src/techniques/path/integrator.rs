@@ -1,4 +1,4 @@
-//! The estimator: one path, from the ray that the camera sent to the radiance it brings back.
+//! What the estimator is made of: the parts that a path alone and the paths of a block have in common.
 //!
 //! At every vertex light is sought in two ways, by sampling the lights and by sampling the material, and the two are
 //! joined by the balance heuristic (Veach 1997, eq. 9.8): what a strategy finds with density p counts p / (p + q),
@@ -7,11 +7,10 @@
 
 use glam::{Vec2, Vec3};
 use halflight_scene::Frame;
-use halflight_scene::lights::{Arrival, MapPoint};
-use halflight_trace::{Hit, Ray};
+use halflight_scene::lights::{Arrival, LightSample, MapPoint};
+use halflight_trace::Ray;
 
 use super::PathSettings;
-use crate::sampler::Sampler;
 use crate::vertex::Vertex;
 
 /// A path never survives the roulette with more than this, so that even white enclosures end.
@@ -24,113 +23,44 @@ pub(super) struct Integrator<'a> {
 }
 
 /// How the ray that is under way was chosen, for the weight of the light it may find.
-struct Departure {
+#[derive(Clone, Copy)]
+pub(super) struct Departure {
     position: Vec3,
     pdf: f32,
 }
 
 impl Integrator<'_> {
-    /// Radiance along `ray`, whose nearest hit is known. Adds the rays it traces to `rays`.
-    pub(super) fn radiance(&self, ray: Ray, hit: Option<Hit>, sampler: &mut Sampler, rays: &mut u64) -> Vec3 {
-        let (frame, lights) = (self.frame, &self.frame.lights);
-        let (mut ray, mut hit) = (ray, hit);
-        let mut radiance = Vec3::ZERO;
-        let mut throughput = Vec3::ONE;
-        // None after the camera and after smooth surfaces: no light sampling could have found what is found then.
-        let mut departure: Option<Departure> = None;
-        // Where the ray under way meets the environment if nothing is hit, when that was looked for ahead.
-        let mut ahead: Option<MapPoint> = None;
-        for depth in 0.. {
-            let Some(found) = hit else {
-                if let Some(environment) = lights.environment() {
-                    let point = ahead.unwrap_or_else(|| environment.locate(ray.direction));
-                    let pdf = lights.environment_pdf(point);
-                    let weight = departure.map_or(1.0, |d| balance(d.pdf, pdf));
-                    radiance += self.bounded(throughput * environment.radiance_at(point) * weight, depth);
-                }
-                break;
-            };
-            let vertex = Vertex::new(frame, &ray, &found);
-            let emitted = vertex.emitted();
-            if emitted != Vec3::ZERO {
-                let weight = departure.map_or(1.0, |d| self.weight_of_emitter(&d, &vertex, ray.time));
-                radiance += self.bounded(throughput * emitted * weight, depth);
-            }
-            if depth >= self.settings.max_depth {
-                break;
-            }
-            let u = sampler.next_four();
-            if !vertex.bsdf.is_delta_only() {
-                let direct = self.direct(&vertex, [u[0], u[1], u[2]], ray.time, rays);
-                radiance += self.bounded(throughput * direct, depth + 1);
-            }
-            let v = sampler.next_four();
-            let Some(sample) = vertex.bsdf.sample(vertex.wo, u[3], Vec2::new(v[0], v[1])) else { break };
-            let direction = vertex.to_world(sample.wi).normalize();
-            if !vertex.same_side(direction, sample.wi) {
-                break;
-            }
-            throughput *= sample.weight;
-            if depth >= self.settings.roulette_depth {
-                let survival = throughput.max_element().min(MAX_SURVIVAL);
-                if v[2] >= survival {
-                    break;
-                }
-                throughput /= survival;
-            }
-            if throughput == Vec3::ZERO {
-                break;
-            }
-            departure =
-                (!sample.delta).then_some(Departure { position: vertex.surface.position, pdf: sample.pdf });
-            ray = vertex.surface.spawn(direction, ray.time);
-            *rays += 1;
-            let is_last = depth + 1 >= self.settings.max_depth;
-            if is_last && lights.emitters().is_empty() {
-                // Only the environment can be found now: whether anything is in the way is all that matters.
-                let Some(environment) = lights.environment() else { break };
-                ahead = Some(environment.locate(direction));
-                if frame.world.occluded(&ray) {
-                    break;
-                }
-                hit = None;
-            } else {
-                hit = frame.world.closest(&ray);
-            }
-        }
-        radiance
+    /// What a path brings whose ray met nothing but the environment.
+    #[inline]
+    pub(super) fn escaped(
+        &self,
+        throughput: Vec3,
+        departure: Option<&Departure>,
+        point: MapPoint,
+        depth: u32,
+    ) -> Vec3 {
+        let lights = &self.frame.lights;
+        let Some(environment) = lights.environment() else { return Vec3::ZERO };
+        let weight = departure.map_or(1.0, |d| balance(d.pdf, lights.environment_pdf(point)));
+        self.bounded(throughput * environment.radiance_at(point) * weight, depth)
     }
 
-    /// Radiance towards the eye from one sample of the lights.
+    /// What a path brings from a surface that shines.
     #[inline]
-    fn direct(&self, vertex: &Vertex, u: [f32; 3], time: f32, rays: &mut u64) -> Vec3 {
-        let (position, lights) = (vertex.surface.position, &self.frame.lights);
-        let Some(light) = lights.sample(position, u[2], Vec2::new(u[0], u[1]), time) else {
-            return Vec3::ZERO;
-        };
-        let wi = vertex.to_local(light.direction);
-        if !vertex.same_side(light.direction, wi) {
-            return Vec3::ZERO;
-        }
-        let (scattered, pdf) = vertex.bsdf.eval_pdf(vertex.wo, wi);
-        if scattered == Vec3::ZERO {
-            return Vec3::ZERO;
-        }
-        let shadow_ray = match light.arrival {
-            Arrival::From { radiance, .. } if radiance == Vec3::ZERO => return Vec3::ZERO,
-            Arrival::From { point: Some(point), .. } => vertex.surface.spawn_to(point, time),
-            _ => vertex.surface.spawn(light.direction, time),
-        };
-        *rays += 1;
-        if self.frame.world.occluded(&shadow_ray) {
+    pub(super) fn from_emitter(
+        &self,
+        vertex: &Vertex,
+        throughput: Vec3,
+        departure: Option<&Departure>,
+        time: f32,
+        depth: u32,
+    ) -> Vec3 {
+        let emitted = vertex.emitted();
+        if emitted == Vec3::ZERO {
             return Vec3::ZERO;
         }
-        let radiance = match light.arrival {
-            Arrival::Environment(point) => lights.environment().map_or(Vec3::ZERO, |e| e.radiance_at(point)),
-            Arrival::From { radiance, .. } => radiance,
-        };
-        let weight = if light.delta { 1.0 } else { balance(light.pdf, pdf) };
-        scattered * radiance * (weight / light.pdf)
+        let weight = departure.map_or(1.0, |d| self.weight_of_emitter(d, vertex, time));
+        self.bounded(throughput * emitted * weight, depth)
     }
 
     fn weight_of_emitter(&self, departure: &Departure, vertex: &Vertex, time: f32) -> f32 {
@@ -145,9 +75,51 @@ impl Integrator<'_> {
         }
     }
 
+    /// Radiance of light that is known to arrive.
+    #[inline]
+    pub(super) fn arriving(&self, arrival: &Arrival) -> Vec3 {
+        match *arrival {
+            Arrival::Environment(point) => {
+                self.frame.lights.environment().map_or(Vec3::ZERO, |e| e.radiance_at(point))
+            }
+            Arrival::From { radiance, .. } => radiance,
+        }
+    }
+
+    /// Where a path goes on by a sample of the material, with its throughput brought up to date; `None` where it ends.
+    #[inline]
+    pub(super) fn next(
+        &self,
+        vertex: &Vertex,
+        u_lobe: f32,
+        u: Vec2,
+        u_roulette: f32,
+        depth: u32,
+        throughput: &mut Vec3,
+    ) -> Option<(Vec3, Option<Departure>)> {
+        let sample = vertex.bsdf.sample(vertex.wo, u_lobe, u)?;
+        let direction = vertex.to_world(sample.wi).normalize();
+        if !vertex.same_side(direction, sample.wi) {
+            return None;
+        }
+        *throughput *= sample.weight;
+        if depth >= self.settings.roulette_depth {
+            let survival = throughput.max_element().min(MAX_SURVIVAL);
+            if u_roulette >= survival {
+                return None;
+            }
+            *throughput /= survival;
+        }
+        if *throughput == Vec3::ZERO {
+            return None;
+        }
+        let departure = Departure { position: vertex.surface.position, pdf: sample.pdf };
+        Some((direction, (!sample.delta).then_some(departure)))
+    }
+
     /// The contribution of light that was scattered `depth` times, with indirect light clamped if that is asked for.
     #[inline]
-    fn bounded(&self, contribution: Vec3, depth: u32) -> Vec3 {
+    pub(super) fn bounded(&self, contribution: Vec3, depth: u32) -> Vec3 {
         match self.settings.clamp {
             Some(limit) if depth > 1 => {
                 let largest = contribution.max_element();
@@ -155,6 +127,30 @@ impl Integrator<'_> {
             }
             _ => contribution,
         }
+    }
+}
+
+/// What a vertex scatters to the eye of the light that a sample found, and what that sample counts; `None` if nothing.
+#[inline]
+pub(super) fn scattered(vertex: &Vertex, light: &LightSample) -> Option<(Vec3, f32)> {
+    if matches!(light.arrival, Arrival::From { radiance: Vec3::ZERO, .. }) {
+        return None;
+    }
+    let wi = vertex.to_local(light.direction);
+    if !vertex.same_side(light.direction, wi) {
+        return None;
+    }
+    let (scattered, pdf) = vertex.bsdf.eval_pdf(vertex.wo, wi);
+    let weight = if light.delta { 1.0 } else { balance(light.pdf, pdf) };
+    (scattered != Vec3::ZERO).then_some((scattered, weight / light.pdf))
+}
+
+/// The ray that must meet nothing for light to arrive.
+#[inline]
+pub(super) fn shadow_ray(vertex: &Vertex, light: &LightSample, time: f32) -> Ray {
+    match light.arrival {
+        Arrival::From { point: Some(point), .. } => vertex.surface.spawn_to(point, time),
+        _ => vertex.surface.spawn(light.direction, time),
     }
 }
 

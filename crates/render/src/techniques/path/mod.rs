@@ -4,21 +4,26 @@
 //! sampling, Russian roulette. Unbiased unless `clamp` is set. Cost: about three rays a vertex; error falls with the
 //! square root of the samples. It is slow where light reaches the eye through small specular openings (caustics).
 
+#[cfg(test)]
+mod alone;
+mod block;
 mod integrator;
 mod settings;
+mod shadows;
+#[cfg(test)]
+mod tests;
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use halflight_scene::Frame;
-use halflight_trace::{Hit, Ray};
 use rayon::prelude::*;
 
 pub use settings::PathSettings;
 
 use crate::camera_sample::CameraSampler;
 use crate::film::{Film, Tile};
-use crate::sampler::Sampler;
 use crate::technique::{Budget, Deadline, Progress, RenderReport, Technique, TechniqueError};
+use block::Block;
 use integrator::Integrator;
 
 /// Columns and rows of the block of pixels whose camera rays are traced together.
@@ -101,41 +106,40 @@ impl Technique for Path {
 /// Adds samples to every pixel of a tile until it has `target` of them; returns how many rays that took.
 fn render_tile(integrator: &Integrator, camera: &CameraSampler, tile: &mut Tile, target: u32) -> u64 {
     let mut rays = 0;
+    let mut block = Block::new();
     for top in (0..tile.height).step_by(BLOCK) {
         for left in (0..tile.width).step_by(BLOCK) {
             let columns = BLOCK.min(tile.width - left);
             let rows = BLOCK.min(tile.height - top);
             let first = tile.pixels[top * tile.width + left].samples;
             for sample in first..target {
-                rays += render_block(integrator, camera, tile, [left, top, columns, rows], sample);
+                let place = [left, top, columns, rows];
+                rays += render_block(integrator, camera, &mut block, tile, place, sample);
             }
         }
     }
     rays
 }
 
-/// One sample for each pixel of a block, the camera rays traced together.
-fn render_block(
-    integrator: &Integrator,
+/// One sample for each pixel of a block.
+fn render_block<'a>(
+    integrator: &Integrator<'a>,
     camera: &CameraSampler,
+    block: &mut Block<'a>,
     tile: &mut Tile,
     [left, top, columns, rows]: [usize; 4],
     sample: u32,
 ) -> u64 {
-    let count = columns * rows;
-    let mut samplers = [Sampler::new(0, 0, 0, 0); BLOCK * BLOCK];
-    let mut camera_rays = [camera.ray(0, 0, 0).0; BLOCK * BLOCK];
-    let mut hits: [Option<Hit>; BLOCK * BLOCK] = [None; BLOCK * BLOCK];
-    for i in 0..count {
-        let (x, y) = (tile.x + left + i % columns, tile.y + top + i / columns);
-        (camera_rays[i], samplers[i]) = camera.ray(x, y, sample);
-    }
-    let traced: &[Ray] = &camera_rays[..count];
-    integrator.frame.world.closest_packet(traced, &mut hits[..count]);
-    let mut rays = count as u64;
-    for i in 0..count {
-        let radiance = integrator.radiance(camera_rays[i], hits[i], &mut samplers[i], &mut rays);
-        let pixel = &mut tile.pixels[(top + i / columns) * tile.width + left + i % columns];
+    let place = |i: usize| [left + i % columns, top + i / columns];
+    let in_film = |i: usize| [tile.x + place(i)[0], tile.y + place(i)[1]];
+    let simd = integrator.frame.world.simd();
+    let pixels = (0..columns * rows).map(in_film);
+    let (count, samplers) = camera.rays(pixels, sample, simd, &mut block.rays);
+    let mut rays = 0;
+    integrator.radiance_of_block(block, count, samplers, &mut rays);
+    for (i, &radiance) in block.radiance[..count].iter().enumerate() {
+        let [x, y] = place(i);
+        let pixel = &mut tile.pixels[y * tile.width + x];
         tile.non_finite += u64::from(!pixel.add(radiance));
     }
     rays

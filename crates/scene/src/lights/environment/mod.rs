@@ -6,6 +6,7 @@
 
 mod arcs;
 mod band_limit;
+mod many;
 mod prefetch;
 mod table;
 mod texels;
@@ -16,6 +17,8 @@ use std::sync::Arc;
 use glam::{Vec2, Vec3};
 use halflight_image::RgbImage;
 use rayon::prelude::*;
+
+pub use many::{Drawn, MANY};
 
 use arcs::{fast_acos, fast_atan2, fast_sin_cos_of_turns};
 use table::Table;
@@ -62,7 +65,7 @@ impl EnvironmentMap {
 }
 
 /// Where a direction meets a map; see [`Environment::locate`].
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MapPoint(Vec2);
 
 /// A map with a rotation about +y and an intensity: what a frame sees at infinity.
@@ -124,6 +127,7 @@ impl Environment {
         self.intensity * self.map.mean_radiance
     }
 
+    #[inline(always)]
     fn uv(&self, direction: Vec3) -> Vec2 {
         let u = 0.5 + (fast_atan2(direction.x, -direction.z) + self.rotation) / TAU;
         // A rotation is reduced to one turn where it is set, so u lies between −1 and 2.
@@ -132,6 +136,7 @@ impl Environment {
         Vec2::new(wrapped.clamp(0.0, 1.0 - f32::EPSILON), fast_acos(direction.y) / PI)
     }
 
+    #[inline(always)]
     fn direction(&self, u: f32, cos_theta: f32) -> Vec3 {
         let sin_theta = (1.0 - cos_theta * cos_theta).max(0.0).sqrt();
         let (sin, cos) = fast_sin_cos_of_turns(u - 0.5 - self.rotation / TAU);

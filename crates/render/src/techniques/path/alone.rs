@@ -1,0 +1,56 @@
+//! One path, from the ray that the camera sent to the radiance it brings back: the estimator in its plainest form, which
+//! the paths of a [`block`](super::block) are held against.
+
+use glam::{Vec2, Vec3};
+use halflight_trace::{Hit, Ray};
+
+use super::integrator::{Departure, Integrator, scattered, shadow_ray};
+use crate::sampler::Sampler;
+use crate::vertex::Vertex;
+
+impl Integrator<'_> {
+    /// Radiance along `ray`, whose nearest hit is known.
+    pub(super) fn radiance_alone(&self, mut ray: Ray, mut hit: Option<Hit>, sampler: &mut Sampler) -> Vec3 {
+        let (frame, lights) = (self.frame, &self.frame.lights);
+        let mut radiance = Vec3::ZERO;
+        let mut throughput = Vec3::ONE;
+        let mut departure: Option<Departure> = None;
+        for depth in 0.. {
+            let Some(found) = hit else {
+                if let Some(environment) = lights.environment() {
+                    let point = environment.locate(ray.direction);
+                    radiance += self.escaped(throughput, departure.as_ref(), point, depth);
+                }
+                break;
+            };
+            let vertex = Vertex::new(frame, &ray, &found);
+            radiance += self.from_emitter(&vertex, throughput, departure.as_ref(), ray.time, depth);
+            if depth >= self.settings.max_depth {
+                break;
+            }
+            let (u, v) = (sampler.next_four(), sampler.next_four());
+            if !vertex.bsdf.is_delta_only() {
+                let direct = self.direct_alone(&vertex, [u[0], u[1], u[2]], ray.time);
+                radiance += self.bounded(throughput * direct, depth + 1);
+            }
+            let next = self.next(&vertex, u[3], Vec2::new(v[0], v[1]), v[2], depth, &mut throughput);
+            let Some((direction, from)) = next else { break };
+            departure = from;
+            ray = vertex.surface.spawn(direction, ray.time);
+            hit = frame.world.closest(&ray);
+        }
+        radiance
+    }
+
+    /// Radiance towards the eye from one sample of the lights.
+    fn direct_alone(&self, vertex: &Vertex, u: [f32; 3], time: f32) -> Vec3 {
+        let lights = &self.frame.lights;
+        let light = lights.sample(vertex.surface.position, u[2], Vec2::new(u[0], u[1]), time);
+        let Some(light) = light else { return Vec3::ZERO };
+        let Some((scattered, scale)) = scattered(vertex, &light) else { return Vec3::ZERO };
+        if self.frame.world.occluded(&shadow_ray(vertex, &light, time)) {
+            return Vec3::ZERO;
+        }
+        scattered * self.arriving(&light.arrival) * scale
+    }
+}

@@ -1,0 +1,212 @@
+//! The paths of a block of pixels, advanced together: the estimator of [`alone`](super::alone), stage by stage.
+//!
+//! Each stage is one short loop over all paths that are left: what the rays found, light sought at every vertex, the
+//! shadow rays, the next directions, the next rays. So random numbers and map look-ups are computed side by side in
+//! vector registers, the texels that a stage will need are on their way while another works, and the processor
+//! overlaps the paths of a loop where one path alone would wait. A path's random numbers and sums are the same as if it
+//! were alone.
+
+use glam::{Vec2, Vec3};
+use halflight_scene::lights::LightSamples;
+use halflight_scene::lights::environment::MapPoint;
+use halflight_trace::{Hit, Ray};
+
+use super::integrator::{Departure, Integrator, scattered, shadow_ray};
+use super::shadows::{Shadow, Shadows};
+use crate::samplers::{LANES, Numbers, Samplers};
+use crate::vertex::Vertex;
+
+/// Room for the paths of a block, kept from block to block.
+pub(super) struct Block<'a> {
+    /// The rays under way, and then what they met.
+    pub(super) rays: [Ray; LANES],
+    pub(super) hits: [Option<Hit>; LANES],
+    /// What the paths have brought so far, by their place in the block.
+    pub(super) radiance: [Vec3; LANES],
+    paths: [Path; LANES],
+    vertices: Vec<Vertex<'a>>,
+    numbers: Numbers,
+    lights: LightSamples,
+    shadows: Shadows,
+    blocked: [bool; LANES],
+    directions: [Vec3; LANES],
+    points: [MapPoint; LANES],
+    /// Places of paths in the lists, for choosing among them.
+    places: [u8; LANES],
+}
+
+/// A path that goes on: in the list of rays while one is under way, in the list of vertices when it has arrived.
+#[derive(Clone, Copy)]
+struct Path {
+    /// Its place in the block.
+    pixel: u8,
+    time: f32,
+    throughput: Vec3,
+    /// None after the camera and after smooth surfaces: no light sampling could have found what is found then.
+    departure: Option<Departure>,
+}
+
+impl Block<'_> {
+    pub(super) fn new() -> Self {
+        let ray = Ray::new(Vec3::ZERO, Vec3::Z);
+        let path = Path { pixel: 0, time: 0.0, throughput: Vec3::ONE, departure: None };
+        Self {
+            rays: [ray; LANES],
+            hits: [None; LANES],
+            radiance: [Vec3::ZERO; LANES],
+            paths: [path; LANES],
+            vertices: Vec::with_capacity(LANES),
+            numbers: [[0.0; LANES]; 4],
+            lights: LightSamples::default(),
+            shadows: Shadows::new(),
+            blocked: [false; LANES],
+            directions: [Vec3::Z; LANES],
+            points: [MapPoint::default(); LANES],
+            places: [0; LANES],
+        }
+    }
+}
+
+impl<'a> Integrator<'a> {
+    /// The radiance along the first `count` rays of a block. Adds the rays it traces to `rays`.
+    pub(super) fn radiance_of_block(
+        &self,
+        block: &mut Block<'a>,
+        count: usize,
+        mut samplers: Samplers,
+        rays: &mut u64,
+    ) {
+        self.frame.world.closest_packet(&block.rays[..count], &mut block.hits[..count]);
+        *rays += count as u64;
+        for (i, path) in block.paths[..count].iter_mut().enumerate() {
+            let time = block.rays[i].time;
+            *path = Path { pixel: i as u8, time, throughput: Vec3::ONE, departure: None };
+        }
+        block.radiance[..count].fill(Vec3::ZERO);
+        let mut under_way = count;
+        for depth in 0.. {
+            let arrived = self.arrive(block, under_way, depth, &mut samplers);
+            if depth >= self.settings.max_depth || arrived == 0 {
+                return;
+            }
+            samplers.next_four(arrived, &mut block.numbers);
+            self.seek_light(block, depth, rays);
+            let last_of_first = block.numbers[3];
+            samplers.next_four(arrived, &mut block.numbers);
+            under_way = self.scatter(block, depth, &last_of_first, &mut samplers);
+            *rays += under_way as u64;
+            if depth + 1 >= self.settings.max_depth && self.frame.lights.emitters().is_empty() {
+                return self.look_for_environment(block, under_way, depth + 1);
+            }
+            for (ray, hit) in block.rays[..under_way].iter().zip(&mut block.hits) {
+                *hit = self.frame.world.closest(ray);
+            }
+        }
+    }
+
+    /// Makes vertices of the paths whose rays met something and adds what shines there; the others end in the
+    /// environment. Returns how many vertices there are.
+    fn arrive(&self, block: &mut Block<'a>, under_way: usize, depth: u32, samplers: &mut Samplers) -> usize {
+        let frame = self.frame;
+        block.vertices.clear();
+        let mut escaped = 0;
+        let mut arrived = [0; LANES];
+        let mut ended = [block.paths[0]; LANES];
+        for i in 0..under_way {
+            let path = block.paths[i];
+            let Some(hit) = &block.hits[i] else {
+                (ended[escaped], block.directions[escaped]) = (path, block.rays[i].direction);
+                escaped += 1;
+                continue;
+            };
+            let place = block.vertices.len();
+            block.vertices.push(Vertex::new(frame, &block.rays[i], hit));
+            (block.paths[place], arrived[place]) = (path, i as u8);
+        }
+        if escaped > 0
+            && let Some(environment) = frame.lights.environment()
+        {
+            environment.locate_many(frame.world.simd(), &block.directions, escaped, &mut block.points);
+            for (path, &point) in ended[..escaped].iter().zip(&block.points) {
+                block.radiance[path.pixel as usize] += self.from_environment(path, point, depth);
+            }
+        }
+        for (vertex, path) in block.vertices.iter().zip(&block.paths) {
+            if vertex.material.is_emissive() {
+                let found =
+                    self.from_emitter(vertex, path.throughput, path.departure.as_ref(), path.time, depth);
+                block.radiance[path.pixel as usize] += found;
+            }
+        }
+        samplers.keep(&arrived[..block.vertices.len()]);
+        block.vertices.len()
+    }
+
+    /// Light that comes straight to the vertices, from one sample of the lights for each.
+    fn seek_light(&self, block: &mut Block<'a>, depth: u32, rays: &mut u64) {
+        let (world, lights) = (&self.frame.world, &self.frame.lights);
+        let (vertices, paths) = (&block.vertices, &block.paths);
+        let point = |i: usize| (vertices[i].surface.position, paths[i].time);
+        lights.sample_many(world.simd(), vertices.len(), point, &block.numbers, &mut block.lights);
+        block.shadows.clear();
+        for (i, vertex) in vertices.iter().enumerate() {
+            if vertex.bsdf.is_delta_only() {
+                continue;
+            }
+            let Some(light) = block.lights.get(i) else { continue };
+            let Some((scattered, scale)) = scattered(vertex, light) else { continue };
+            let shadow = Shadow { vertex: i as u8, scattered, scale, arrival: light.arrival };
+            block.shadows.push(shadow, shadow_ray(vertex, light, paths[i].time), light.pdf);
+        }
+        *rays += block.shadows.len() as u64;
+        block.shadows.trace(world);
+        for shadow in block.shadows.free() {
+            let path = &paths[shadow.vertex as usize];
+            let direct = shadow.scattered * self.arriving(&shadow.arrival) * shadow.scale;
+            block.radiance[path.pixel as usize] += self.bounded(path.throughput * direct, depth + 1);
+        }
+    }
+
+    /// The next rays of the paths that go on, by a sample of the material at each vertex. Returns how many.
+    fn scatter(
+        &self,
+        block: &mut Block<'a>,
+        depth: u32,
+        u_lobe: &[f32; LANES],
+        samplers: &mut Samplers,
+    ) -> usize {
+        let mut count = 0;
+        for (i, vertex) in block.vertices.iter().enumerate() {
+            let v = |dimension: usize| block.numbers[dimension][i];
+            let mut path = block.paths[i];
+            let next = self.next(vertex, u_lobe[i], Vec2::new(v(0), v(1)), v(2), depth, &mut path.throughput);
+            let Some((direction, departure)) = next else { continue };
+            path.departure = departure;
+            block.paths[count] = path;
+            block.rays[count] = vertex.surface.spawn(direction, path.time);
+            block.places[count] = i as u8;
+            count += 1;
+        }
+        samplers.keep(&block.places[..count]);
+        count
+    }
+
+    /// The end of paths that only the environment can add to: whether anything is in the way is all that matters.
+    fn look_for_environment(&self, block: &mut Block<'a>, under_way: usize, depth: u32) {
+        let (world, lights) = (&self.frame.world, &self.frame.lights);
+        let Some(environment) = lights.environment() else { return };
+        for (direction, ray) in block.directions.iter_mut().zip(&block.rays[..under_way]) {
+            *direction = ray.direction;
+        }
+        environment.locate_many(world.simd(), &block.directions, under_way, &mut block.points);
+        world.occluded_scattered(&block.rays[..under_way], &mut block.blocked[..under_way]);
+        for i in (0..under_way).filter(|&i| !block.blocked[i]) {
+            let path = &block.paths[i];
+            block.radiance[path.pixel as usize] += self.from_environment(path, block.points[i], depth);
+        }
+    }
+
+    fn from_environment(&self, path: &Path, point: MapPoint, depth: u32) -> Vec3 {
+        self.escaped(path.throughput, path.departure.as_ref(), point, depth)
+    }
+}
