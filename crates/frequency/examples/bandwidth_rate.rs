@@ -21,7 +21,7 @@ fn main() {
     let (w, h) = (512, 256);
     let value = |i: usize| {
         let (x, y) = ((i % w) as f32, (i / w) as f32);
-        1.0 + (x * 0.3).sin() * (y * 0.02).cos() + if i % 9973 == 0 { 500.0 } else { 0.0 }
+        1.0 + (x * 0.3).sin() * (y * 0.02).cos() + if i.is_multiple_of(9973) { 500.0 } else { 0.0 }
     };
     let map = Plane { width: w, height: h, values: (0..w * h).map(value).collect() };
     for threads in [1, 2] {

@@ -8,6 +8,9 @@
 //! | [`bandwidth`] | bandwidth vectors, their operators along a path, pixels, levels, sample counts |
 //! | [`wavelet`] | the bandwidth of pictures in linear time, of the whole or around each texel |
 //! | [`mapping`] | the same in cycles per radian or metre: environments, textures on surfaces, area lights |
+//! | [`reflectance`] | tables of ρ for any reflectance |
+//! | [`importance`] | importance samples made beforehand, by inverted distributions |
+//! | [`preconvolved`] | environments convolved with lobes |
 //! | [`measured`] | the windowed Fourier transform that predictions are held against |
 //!
 //! ```
@@ -27,6 +30,9 @@
 //! ```
 
 pub mod bandwidth;
+pub mod importance;
 pub mod mapping;
 pub mod measured;
+pub mod preconvolved;
+pub mod reflectance;
 pub mod wavelet;

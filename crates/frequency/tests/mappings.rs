@@ -35,13 +35,15 @@ fn lat_long(w: usize, h: usize, f: impl Fn(Vec3) -> f32) -> Plane {
 fn a_sky_of_one_frequency_has_it_everywhere_even_at_the_poles() {
     for frequency in [3.0, 8.0] {
         let map = lat_long(512, 256, |d| sky(d, frequency));
-        for (rule, least, most) in [(Rule::Octave, 1.0, 5.0), (Rule::Within, 0.7, 4.2)] {
+        for (rule, least, most) in [(Rule::Octave, 1.0, 4.0), (Rule::Within, 0.7, 3.0)] {
             let bandwidth = EnvironmentBandwidth::plane(&map, Filter::Smooth, rule);
             for row in [1, 5, 20, 60, 128, 200, 254] {
                 let mut values = bandwidth.values[row * 512..(row + 1) * 512].to_vec();
                 values.sort_by(f32::total_cmp);
                 let (low, mid, high) =
                     (values[25] / frequency, values[256] / frequency, values[486] / frequency);
+                // Within two rows of a pole nothing better than an upper bound is to be had.
+                let most = if (3..253).contains(&row) { most } else { 8.0 };
                 assert!(mid > least && mid < most, "{frequency} {rule:?} row {row}: {mid}");
                 assert!(
                     low > 0.4 * least && high < 2.0 * most,
@@ -142,7 +144,7 @@ fn textures_are_counted_in_cycles_per_metre_on_the_surface() {
         TextureBandwidth::new(&Plane { width: 128, height: 128, values }, Filter::Smooth, Rule::Within, true);
     let uv = Vec2::new(0.4, 0.6);
     let flat = texture.on_surface(uv, Vec2::ZERO, Vec3::X * 2.0, Vec3::Z * 4.0);
-    assert!(flat >= 8.0 * 0.8 && flat <= 8.0 * 2.5, "{flat}");
+    assert!((8.0 * 0.8..8.0 * 2.5).contains(&flat), "{flat}");
     assert!(texture.on_surface(uv, Vec2::splat(0.2), Vec3::X * 2.0, Vec3::Z * 4.0) >= flat);
     let twice = texture.on_surface(uv, Vec2::ZERO, Vec3::X, Vec3::Z * 4.0);
     assert!((twice / flat - 2.0).abs() < 1e-4);

@@ -7,14 +7,14 @@
 //! E[χ²] ≈ (1/n) Σ χ_i²/(2π p_i)                          from n directions of density p
 //! ```
 //!
-//! `[001]` eq. (8)–(10) multiply E[χ²], which is already a second moment, by a bandwidth: a unit too many, and not
+//! `[001]` eq. (8)–(10) multiply `E[χ²]`, which is already a second moment, by a bandwidth: a unit too many, and not
 //! conservative below one cycle per radian. Here the factor is max(1, ν_light + ν_lobe), as a safety that grows with what the
 //! sixteen directions may have missed; eq. (9) also sums where it has to average. With lobe-distributed directions sixteen
 //! suffice; with uniform ones they miss lobes of exponent 200 half of the time.
 
 use std::f32::consts::PI;
 
-/// E[χ²] over the uniform hemisphere, from directions of density `pdf` (per steradian). Samples without density count zero.
+/// `E[χ²]` over the uniform hemisphere, from directions of density `pdf` (per steradian). Samples without density count zero.
 #[inline]
 #[must_use]
 pub fn second_moment(chi: &[f32], pdf: &[f32]) -> f32 {
@@ -64,10 +64,12 @@ pub fn importance_variance(lambda: &[f32], pdf: &[f32]) -> f32 {
     }
     let n = n as f32;
     // Bessel's n − 1, as the mean comes from the same directions.
-    ((square - sum * sum / n) / (n - 1.0)).max(0.0).min(f32::MAX)
+    let variance = (square - sum * sum / n) / (n - 1.0);
+    // Rounding may leave less than nothing; infinity and NaN are as noisy as can be.
+    if variance < 0.0 { 0.0 } else { variance.min(f32::MAX) }
 }
 
-/// The variance of one uniform sample by its bound, 4π² E[χ²].
+/// The variance of one uniform sample by its bound, `4π² E[χ²]`.
 #[inline]
 #[must_use]
 pub fn uniform_bound(second_moment: f32) -> f32 {
@@ -80,7 +82,8 @@ pub fn uniform_bound(second_moment: f32) -> f32 {
 #[must_use]
 pub fn sample_count(variance: f32, mean: f32, target: f32, least: u32, most: u32) -> u32 {
     let error = target * mean;
-    if !(error * error > 0.0) || variance == 0.0 {
+    let visible = error * error > 0.0;
+    if !visible || variance == 0.0 {
         return least;
     }
     let count = (variance / (error * error)).ceil();

@@ -34,7 +34,8 @@ pub fn polygon_mask(corners: &[Vec2], resolution: usize) -> (Plane, Vec2) {
     let low = corners.iter().copied().fold(Vec2::INFINITY, Vec2::min);
     let size = corners.iter().copied().fold(Vec2::NEG_INFINITY, Vec2::max) - low;
     let longer = size.max_element();
-    if !finite || resolution == 0 || !(longer > 0.0) || !longer.is_finite() {
+    let sized = longer > 0.0 && longer.is_finite();
+    if !finite || !sized || resolution == 0 {
         return (Plane { width: 1, height: 1, values: vec![0.0] }, Vec2::ONE);
     }
     let texel = longer / resolution as f32;

@@ -89,6 +89,9 @@ pub(super) fn inside(at: isize, size: usize, wraps: bool) -> usize {
     if wraps { at.rem_euclid(size as isize) as usize } else { at.clamp(0, last) as usize }
 }
 
+/// Low-pass values and both kinds of detail of a band of rows.
+type Outputs<'a> = ((&'a mut [f32], &'a mut [f32]), &'a mut [f32]);
+
 fn split(picture: &Plane, taps: &Taps, border: Border) -> (Plane, Level) {
     let (w, h) = (picture.width, picture.height);
     let (w2, h2) = (w.div_ceil(2), h.div_ceil(2));
@@ -97,7 +100,7 @@ fn split(picture: &Plane, taps: &Taps, border: Border) -> (Plane, Level) {
     let mut down = vec![0.0; w2 * h2];
     // Bands of rows, about 4000 texels each, so that threads have something to do and small levels stay on one.
     let rows = (2048 / w2).max(1);
-    let band = |(index, ((low, across), down)): (usize, ((&mut [f32], &mut [f32]), &mut [f32]))| {
+    let band = |(index, ((low, across), down)): (usize, Outputs)| {
         let mut lines = [vec![0.0; w + 4], vec![0.0; w + 4]];
         let outputs = low.chunks_mut(w2).zip(across.chunks_mut(w2)).zip(down.chunks_mut(w2));
         for (row, ((low, across), down)) in outputs.enumerate() {
