@@ -3,10 +3,14 @@
 use std::hint::black_box;
 use std::time::Instant;
 
+use glam::Vec3;
 use halflight_frequency::bandwidth::{Exit, pixel, variance};
+use halflight_frequency::importance::{ImportanceTable, TableSize};
 use halflight_frequency::mapping::EnvironmentBandwidth;
+use halflight_frequency::preconvolved::Preconvolved;
+use halflight_frequency::reflectance::{ReflectanceBandwidth, Slices};
 use halflight_frequency::wavelet::{Filter, Rule};
-use halflight_image::Plane;
+use halflight_image::{Plane, RgbImage};
 
 fn best(times: usize, mut run: impl FnMut()) -> f64 {
     let time = |run: &mut dyn FnMut()| {
@@ -33,6 +37,8 @@ fn main() {
         });
         println!("environment {w} x {h}, {threads} threads: {:.2} ms", seconds * 1e3);
     }
+
+    tables();
 
     let light: [f32; 16] = std::array::from_fn(|i| 1.0 + i as f32);
     let lobe: [f32; 16] = std::array::from_fn(|i| 20.0 - i as f32);
@@ -72,4 +78,27 @@ fn main() {
             variance::sample_count(variance::uniform_bound(moment), 3.0, 0.02, 1, 1024) as i32
         }),
     );
+}
+
+/// What is made once: per material, or when the light changes.
+fn tables() {
+    let phong = |wi: Vec3, wo: Vec3| Vec3::new(-wi.x, -wi.y, wi.z).dot(wo).max(0.0).powf(64.0);
+    let seconds = best(3, || {
+        black_box(ReflectanceBandwidth::new(phong, &Slices::ISOTROPIC));
+    });
+    println!("reflectance, isotropic: {:.1} ms", seconds * 1e3);
+    let seconds = best(3, || {
+        black_box(ReflectanceBandwidth::new(phong, &Slices::ANISOTROPIC));
+    });
+    println!("reflectance, with a grain: {:.1} ms", seconds * 1e3);
+    let mut bytes = 0;
+    let seconds = best(3, || {
+        bytes = black_box(ImportanceTable::new(phong, TableSize::default())).memory_bytes();
+    });
+    println!("importance table: {:.1} ms, {:.1} MB", seconds * 1e3, bytes as f64 * 1e-6);
+    let map = RgbImage::from_fn(512, 256, |x, y| [x as f32, y as f32, 1.0]);
+    let seconds = best(3, || {
+        bytes = black_box(Preconvolved::new(&map)).memory_bytes();
+    });
+    println!("environment 512 x 256 convolved: {:.1} ms, {:.1} MB", seconds * 1e3, bytes as f64 * 1e-6);
 }

@@ -1,6 +1,9 @@
 //! Whatever goes in, bounds come out: finite, not negative, and never smaller for more demanding input.
 
 use halflight_frequency::bandwidth::{Bandwidth, Chain, Exit, UNLIMITED, pixel, variance};
+use halflight_frequency::mapping::EnvironmentBandwidth;
+use halflight_frequency::wavelet::{Filter, Rule};
+use halflight_image::Plane;
 use proptest::prelude::*;
 
 fn sound(b: Bandwidth) -> bool {
@@ -35,6 +38,24 @@ proptest! {
         let n = variance::sample_count(variance::uniform_bound(moment), a.abs(), 0.02, 1, 1024);
         prop_assert!((1..=1024).contains(&n));
         prop_assert!(variance::importance_variance(&[a, b, c], &[d, 1.0, 1.0]) >= 0.0);
+    }
+
+    #[test]
+    fn any_picture_has_sound_bandwidths_and_brighter_does_not_mean_faster(
+        width in 1usize..20, height in 1usize..20, values in prop::collection::vec(any_finite(), 400), gain in 0.1f32..10.0,
+    ) {
+        let values: Vec<f32> = values.into_iter().take(width * height).collect();
+        let picture = Plane { width, height, values };
+        let analyse = |picture: &Plane| EnvironmentBandwidth::plane(picture, Filter::Smooth, Rule::Octave);
+        let map = analyse(&picture);
+        prop_assert!(map.values.iter().all(|v| v.is_finite() && *v >= 0.0 && *v <= 1e4));
+        // Of values that neither overflow nor vanish, only the proportions count.
+        if picture.values.iter().all(|v| v.abs() < 1e6 && (*v == 0.0 || v.abs() > 1e-3)) {
+            let doubled = Plane { values: picture.values.iter().map(|v| v * 4.0).collect(), ..picture.clone() };
+            prop_assert_eq!(analyse(&doubled).values, map.values);
+        }
+        let scaled = Plane { values: picture.values.iter().map(|v| v * gain).collect(), ..picture };
+        prop_assert!(analyse(&scaled).values.iter().all(|v| v.is_finite()));
     }
 
     #[test]

@@ -18,8 +18,8 @@
 //! Far light must not hide near detail: the coarse wavelets around a texel may be full of a sun that stands elsewhere. Their
 //! power is therefore limited to the variance that the picture really has within two to three [`NEIGHBOURHOOD`]s of the texel.
 //!
-//! Error: conservative by 1.25 to 2.5 ([`Filter::Smooth`]), up to 5 ([`Filter::Haar`]); with [`Rule::Within`] about 0.75 to
-//! 1.6 (`tests/wavelets.rs`). Cost: `cargo run --release -p halflight-frequency --example bandwidth_rate`.
+//! Error: conservative by 1.25 to 2.5 ([`Filter::Smooth`]), up to 5 ([`Filter::Haar`]); with [`Rule::Within`] 1.1 to 1.8
+//! times the windowed transform (`tests/wavelets.rs`). Cost: `cargo run --release -p halflight-frequency --example bandwidth_rate`.
 
 mod filter;
 mod local;
