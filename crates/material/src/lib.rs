@@ -49,4 +49,5 @@ pub use low_frequency::LowFrequency;
 pub use material::{ConductorColor, Material, MaterialKind};
 pub use merl::{AlbedoAt, Lookup, MeasuredBrdf, MeasuredInfo, merl_bytes, write_merl};
 pub use metals::{metal, metal_names};
+pub use sampling::concentric_disk;
 pub use texture::{Texture, UvTransform, Wrap};

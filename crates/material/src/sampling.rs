@@ -4,20 +4,31 @@ use std::f32::consts::{FRAC_1_PI, FRAC_PI_4, TAU};
 
 use glam::{Vec2, Vec3};
 
-/// The unit disk, keeping areas and neighbourhoods: Shirley & Chiu 1997, "A low distortion map between disk and
-/// square".
-pub(crate) fn concentric_disk(u: Vec2) -> Vec2 {
+/// A point of the unit disk for one of the unit square, keeping areas and neighbourhoods: Shirley & Chiu 1997, "A low
+/// distortion map between disk and square".
+#[inline]
+pub fn concentric_disk(u: Vec2) -> Vec2 {
     let p = 2.0 * u - Vec2::ONE;
     if p.x == 0.0 && p.y == 0.0 {
         return Vec2::ZERO;
     }
-    let (radius, angle) = if p.x.abs() > p.y.abs() {
-        (p.x, FRAC_PI_4 * (p.y / p.x))
+    if p.x.abs() > p.y.abs() {
+        let (sin, cos) = sin_cos_of_octant(FRAC_PI_4 * (p.y / p.x));
+        p.x * Vec2::new(cos, sin)
     } else {
-        (p.y, 2.0 * FRAC_PI_4 - FRAC_PI_4 * (p.x / p.y))
-    };
-    let (sin, cos) = angle.sin_cos();
-    radius * Vec2::new(cos, sin)
+        let (sin, cos) = sin_cos_of_octant(FRAC_PI_4 * (p.x / p.y));
+        p.y * Vec2::new(sin, cos)
+    }
+}
+
+/// Sine and cosine of an angle of at most an eighth of a turn, to 1e-7: Taylor's polynomials of degrees 9 and 8. Drawing
+/// a direction from a diffuse surface is half this.
+fn sin_cos_of_octant(angle: f32) -> (f32, f32) {
+    let s = angle * angle;
+    let sin = angle
+        * (1.0 + s * (-1.0 / 6.0 + s * (1.0 / 120.0 + s * (-1.0 / 5040.0 + s * (1.0 / 362_880.0)))));
+    let cos = 1.0 + s * (-0.5 + s * (1.0 / 24.0 + s * (-1.0 / 720.0 + s * (1.0 / 40_320.0))));
+    (sin, cos)
 }
 
 /// A direction with density cos θ / π about +z. Never exactly on the horizon.
@@ -63,4 +74,20 @@ pub(crate) fn reflect(wo: Vec3, h: Vec3) -> Vec3 {
 /// Rec. 709 luminance.
 pub(crate) fn luminance(color: Vec3) -> f32 {
     color.dot(Vec3::new(0.2126, 0.7152, 0.0722))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_sine_and_cosine_of_an_octant_are_right_to_two_roundings() {
+        for i in -10_000..=10_000 {
+            let angle = i as f32 / 10_000.0 * FRAC_PI_4;
+            let (sin, cos) = sin_cos_of_octant(angle);
+            let exact = f64::from(angle).sin_cos();
+            assert!((f64::from(sin) - exact.0).abs() < 1.5e-7, "{angle}");
+            assert!((f64::from(cos) - exact.1).abs() < 1.5e-7, "{angle}");
+        }
+    }
 }

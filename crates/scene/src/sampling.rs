@@ -1,22 +1,7 @@
 //! Maps from the unit square to the shapes that lights and lenses are sampled over, and tables for discrete choices.
 
 use glam::{Vec2, Vec3};
-
-/// Shirley and Chiu's concentric map of the unit square to the unit disk: area keeps its share, neighbours stay
-/// neighbours.
-pub fn concentric_disk(u: Vec2) -> Vec2 {
-    let offset = 2.0 * u - Vec2::ONE;
-    if offset == Vec2::ZERO {
-        return Vec2::ZERO;
-    }
-    let (radius, angle) = if offset.x.abs() > offset.y.abs() {
-        (offset.x, std::f32::consts::FRAC_PI_4 * (offset.y / offset.x))
-    } else {
-        (offset.y, std::f32::consts::FRAC_PI_2 - std::f32::consts::FRAC_PI_4 * (offset.x / offset.y))
-    };
-    let (sin, cos) = angle.sin_cos();
-    radius * Vec2::new(cos, sin)
-}
+pub use halflight_material::concentric_disk;
 
 /// A uniform direction on the sphere.
 pub fn uniform_sphere(u: Vec2) -> Vec3 {

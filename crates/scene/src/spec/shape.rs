@@ -301,7 +301,7 @@ variants! {
         /// A box that stands on y = 0 about the y axis, with sharp or rounded edges.
         "box" => Box(BoxSpec),
         /// Heights over a grid in x and z, traced as they are: the top row of a picture lies at the least z. One that
-        /// shines is found by chance alone, which is noisy.
+        /// shines is sampled as a light up to 360 × 360 posts; a larger one is found by chance alone, which is noisy.
         "height-field" => HeightField(HeightFieldSpec),
         /// A mesh that the program makes by itself.
         "generated" => Generated(GeneratedSpec),
