@@ -10,7 +10,7 @@ use crate::wavelet::{Border, Filter, Pyramid, Rule, local_bandwidth};
 
 /// Cycles per radian in every direction of a latitude–longitude map (centre column −z, +x to its right, top row +y).
 ///
-/// Within two rows of a pole it may be up to seven times too high. Cost for 512 × 256: 1 to 3 ms on two cores, so it may be made anew for every frame.
+/// Within two rows of a pole it may be seven times too high. Cost for 512 × 256: 1 to 3 ms on two cores, so it may be made anew for every frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EnvironmentBandwidth {
     map: MaxPyramid,

@@ -10,7 +10,7 @@
 //!
 //! Conventions: latitude–longitude maps, centre column −z, top row +y; every level keeps constants and the lobes' cut at
 //! 10⁻³ of their peak is compensated by normalizing. Error: under 3 % of the largest value of the convolved map, against
-//! direct summation (`tests/preconvolution.rs`). Cost: 512 × 256 in 0.1 to 0.2 s on two cores, 4.8 MB (`examples/bandwidth_rate.rs`).
+//! direct summation (`tests/preconvolution.rs`). Cost: 512 × 256 in about 0.17 s on two busy cores, 4.8 MB (`examples/bandwidth_rate.rs`).
 
 mod convolve;
 mod resample;
