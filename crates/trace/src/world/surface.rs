@@ -5,7 +5,7 @@
 //! M⁻¹ p' + T⁻¹: each sum of four rounds each coordinate at most four times.
 //! After: Pharr, Jakob, Humphreys, Physically Based Rendering, 4th edition, §6.8.5.
 
-use glam::{Affine3A, Vec3};
+use glam::{Affine3A, Vec3, Vec3A};
 
 use super::World;
 use super::place::{Kind, inverse_of};
@@ -50,23 +50,25 @@ pub(super) fn surface(world: &World, ray: &Ray, hit: &Hit) -> Surface {
     }
 }
 
-/// |M| p for p ≥ 0.
-fn absolute(transform: &Affine3A, point: Vec3) -> Vec3 {
-    let matrix = transform.matrix3;
-    Vec3::from(matrix.x_axis.abs()) * point.x
-        + Vec3::from(matrix.y_axis.abs()) * point.y
-        + Vec3::from(matrix.z_axis.abs()) * point.z
+/// |M| |p| + |T|.
+#[inline]
+fn absolute(transform: &Affine3A, point: Vec3A) -> Vec3A {
+    let (matrix, point) = (transform.matrix3, point.abs());
+    matrix.x_axis.abs() * point.x
+        + matrix.y_axis.abs() * point.y
+        + matrix.z_axis.abs() * point.z
+        + transform.translation.abs()
 }
 
 /// M⁻ᵀ n, given M⁻¹.
-fn normal_through(inverse: &Affine3A, normal: Vec3) -> Vec3 {
-    let matrix = inverse.matrix3;
-    let normal = normal.into();
-    Vec3::new(matrix.x_axis.dot(normal), matrix.y_axis.dot(normal), matrix.z_axis.dot(normal))
+#[inline]
+fn normal_through(inverse: &Affine3A, normal: Vec3) -> Vec3A {
+    inverse.matrix3.transpose() * Vec3A::from(normal)
 }
 
 fn transformed(local: &LocalSurface, transform: &Affine3A, inverse: &Affine3A) -> LocalSurface {
-    let position = transform.transform_point3(local.position);
+    let local_position = Vec3A::from(local.position);
+    let position = transform.transform_point3a(local_position);
     let scaled_normal = normal_through(inverse, local.geometric_normal);
     let shrink = scaled_normal.length();
     let geometric_normal = scaled_normal / shrink;
@@ -80,11 +82,11 @@ fn transformed(local: &LocalSurface, transform: &Affine3A, inverse: &Affine3A) -
     }
 
     // Distances along the normal, here and there.
-    let there = local.geometric_normal.abs();
+    let there = Vec3A::from(local.geometric_normal).abs();
     let here = geometric_normal.abs();
     let from_surface = local.position_error * there.element_sum();
-    let way_back = absolute(inverse, position.abs()) + Vec3::from(inverse.translation.abs());
-    let way_out = absolute(transform, local.position.abs()) + Vec3::from(transform.translation.abs());
+    let way_back = absolute(inverse, position);
+    let way_out = absolute(transform, local_position);
     let roundings = TRANSFORM_ROUNDINGS * ROUNDOFF;
     let along_normal =
         (from_surface + roundings * way_back.dot(there)) / shrink + roundings * way_out.dot(here);
@@ -92,10 +94,10 @@ fn transformed(local: &LocalSurface, transform: &Affine3A, inverse: &Affine3A) -
     // A transform that mirrors turns the hand of the texture's frame.
     let mirrored = transform.matrix3.determinant() < 0.0;
     LocalSurface {
-        position,
+        position: position.into(),
         position_error: along_normal / here.element_sum(),
-        geometric_normal,
-        shading_normal,
+        geometric_normal: geometric_normal.into(),
+        shading_normal: shading_normal.into(),
         tangent: transform.transform_vector3(local.tangent),
         handedness: if mirrored { -local.handedness } else { local.handedness },
         ..*local

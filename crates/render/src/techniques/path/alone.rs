@@ -2,6 +2,7 @@
 //! the paths of a [`block`](super::block) are held against.
 
 use glam::{Vec2, Vec3};
+use halflight_scene::lights::Arrival;
 use halflight_trace::{Hit, Ray};
 
 use super::integrator::{Departure, Integrator, scattered, shadow_ray};
@@ -19,7 +20,8 @@ impl Integrator<'_> {
             let Some(found) = hit else {
                 if let Some(environment) = lights.environment() {
                     let point = environment.locate(ray.direction);
-                    radiance += self.escaped(throughput, departure.as_ref(), point, depth);
+                    let found = (point, environment.radiance_at(point));
+                    radiance += self.escaped(throughput, departure.as_ref(), found, depth);
                 }
                 break;
             };
@@ -51,6 +53,10 @@ impl Integrator<'_> {
         if self.frame.world.occluded(&shadow_ray(vertex, &light, time)) {
             return Vec3::ZERO;
         }
-        scattered * self.arriving(&light.arrival) * scale
+        let radiance = match light.arrival {
+            Arrival::Environment(point) => lights.environment().map_or(Vec3::ZERO, |e| e.radiance_at(point)),
+            Arrival::From { radiance, .. } => radiance,
+        };
+        scattered * radiance * scale
     }
 }

@@ -31,6 +31,8 @@ pub(super) struct Block<'a> {
     blocked: [bool; LANES],
     directions: [Vec3; LANES],
     points: [MapPoint; LANES],
+    /// What the environment shows there.
+    found: [Vec3; LANES],
     /// Places of paths in the lists, for choosing among them.
     places: [u8; LANES],
 }
@@ -62,6 +64,7 @@ impl Block<'_> {
             blocked: [false; LANES],
             directions: [Vec3::Z; LANES],
             points: [MapPoint::default(); LANES],
+            found: [Vec3::ZERO; LANES],
             places: [0; LANES],
         }
     }
@@ -127,9 +130,7 @@ impl<'a> Integrator<'a> {
             && let Some(environment) = frame.lights.environment()
         {
             environment.locate_many(frame.world.simd(), &block.directions, escaped, &mut block.points);
-            for (path, &point) in ended[..escaped].iter().zip(&block.points) {
-                block.radiance[path.pixel as usize] += self.from_environment(path, point, depth);
-            }
+            self.add_environment(block, &ended[..escaped], depth);
         }
         for (vertex, path) in block.vertices.iter().zip(&block.paths) {
             if vertex.material.is_emissive() {
@@ -156,13 +157,13 @@ impl<'a> Integrator<'a> {
             let Some(light) = block.lights.get(i) else { continue };
             let Some((scattered, scale)) = scattered(vertex, light) else { continue };
             let shadow = Shadow { vertex: i as u8, scattered, scale, arrival: light.arrival };
-            block.shadows.push(shadow, shadow_ray(vertex, light, paths[i].time), light.pdf);
+            block.shadows.push(shadow, shadow_ray(vertex, light, paths[i].time));
         }
         *rays += block.shadows.len() as u64;
         block.shadows.trace(world);
-        for shadow in block.shadows.free() {
+        for (shadow, radiance) in block.shadows.arriving(world.simd(), lights.environment()) {
             let path = &paths[shadow.vertex as usize];
-            let direct = shadow.scattered * self.arriving(&shadow.arrival) * shadow.scale;
+            let direct = shadow.scattered * radiance * shadow.scale;
             block.radiance[path.pixel as usize] += self.bounded(path.throughput * direct, depth + 1);
         }
     }
@@ -200,13 +201,23 @@ impl<'a> Integrator<'a> {
         }
         environment.locate_many(world.simd(), &block.directions, under_way, &mut block.points);
         world.occluded_scattered(&block.rays[..under_way], &mut block.blocked[..under_way]);
+        let mut ended = [block.paths[0]; LANES];
+        let mut free = 0;
         for i in (0..under_way).filter(|&i| !block.blocked[i]) {
-            let path = &block.paths[i];
-            block.radiance[path.pixel as usize] += self.from_environment(path, block.points[i], depth);
+            (ended[free], block.points[free]) = (block.paths[i], block.points[i]);
+            free += 1;
         }
+        self.add_environment(block, &ended[..free], depth);
     }
 
-    fn from_environment(&self, path: &Path, point: MapPoint, depth: u32) -> Vec3 {
-        self.escaped(path.throughput, path.departure.as_ref(), point, depth)
+    /// What paths bring whose rays met the environment at the first of the block's points.
+    fn add_environment(&self, block: &mut Block, ended: &[Path], depth: u32) {
+        let (world, lights) = (&self.frame.world, &self.frame.lights);
+        let Some(environment) = lights.environment() else { return };
+        environment.radiance_many(world.simd(), &block.points, ended.len(), &mut block.found);
+        for (path, found) in ended.iter().zip(block.points.iter().copied().zip(block.found)) {
+            let contribution = self.escaped(path.throughput, path.departure.as_ref(), found, depth);
+            block.radiance[path.pixel as usize] += contribution;
+        }
     }
 }

@@ -36,13 +36,11 @@ impl Integrator<'_> {
         &self,
         throughput: Vec3,
         departure: Option<&Departure>,
-        point: MapPoint,
+        (point, radiance): (MapPoint, Vec3),
         depth: u32,
     ) -> Vec3 {
-        let lights = &self.frame.lights;
-        let Some(environment) = lights.environment() else { return Vec3::ZERO };
-        let weight = departure.map_or(1.0, |d| balance(d.pdf, lights.environment_pdf(point)));
-        self.bounded(throughput * environment.radiance_at(point) * weight, depth)
+        let weight = departure.map_or(1.0, |d| balance(d.pdf, self.frame.lights.environment_pdf(point)));
+        self.bounded(throughput * radiance * weight, depth)
     }
 
     /// What a path brings from a surface that shines.
@@ -72,17 +70,6 @@ impl Integrator<'_> {
                 balance(departure.pdf, pdf)
             }
             None => 1.0,
-        }
-    }
-
-    /// Radiance of light that is known to arrive.
-    #[inline]
-    pub(super) fn arriving(&self, arrival: &Arrival) -> Vec3 {
-        match *arrival {
-            Arrival::Environment(point) => {
-                self.frame.lights.environment().map_or(Vec3::ZERO, |e| e.radiance_at(point))
-            }
-            Arrival::From { radiance, .. } => radiance,
         }
     }
 

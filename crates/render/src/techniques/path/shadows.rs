@@ -1,18 +1,13 @@
-//! The shadow rays of a block: which of them may go together, and whether anything is in their way.
+//! The shadow rays of a block: whether anything is in their way, and what arrives where nothing is.
 //!
-//! Directions that are drawn with a density above d fill less than 1/d of solid angle altogether. So the rays towards a
-//! small bright part of the environment, a sun, go nearly together, whatever the map: they are traced as packets. The
-//! others go everywhere.
+//! They go everywhere, so they are traced as [`World::occluded_scattered`] does it. (Packets of those that go towards a
+//! sun, found by the density with which they were drawn, were measured: no gain beside it.)
 
 use glam::Vec3;
-use halflight_scene::lights::Arrival;
-use halflight_trace::{Ray, World};
+use halflight_scene::lights::{Arrival, Environment, MapPoint};
+use halflight_trace::{Ray, Simd, World};
 
 use crate::samplers::LANES;
-
-/// Density per steradian from which directions count as close: together they fill at most a twelfth of a steradian or
-/// so.
-const CLOSE: f32 = 12.0;
 
 /// Light on its way to a vertex, if nothing is in between.
 #[derive(Clone, Copy)]
@@ -26,13 +21,14 @@ pub(super) struct Shadow {
     pub(super) arrival: Arrival,
 }
 
-/// Shadow rays: those that are close from the front of the lists, the others from the back.
+/// Shadow rays, one for each vertex that seeks light.
 pub(super) struct Shadows {
     shadows: [Shadow; LANES],
     rays: [Ray; LANES],
     blocked: [bool; LANES],
-    close: usize,
-    scattered: usize,
+    count: usize,
+    points: [MapPoint; LANES],
+    radiance: [Vec3; LANES],
 }
 
 impl Shadows {
@@ -43,43 +39,57 @@ impl Shadows {
             shadows: [shadow; LANES],
             rays: [Ray::new(Vec3::ZERO, Vec3::Z); LANES],
             blocked: [false; LANES],
-            close: 0,
-            scattered: LANES,
+            count: 0,
+            points: [MapPoint::default(); LANES],
+            radiance: [Vec3::ZERO; LANES],
         }
     }
 
     pub(super) fn clear(&mut self) {
-        (self.close, self.scattered) = (0, LANES);
+        self.count = 0;
     }
 
     pub(super) fn len(&self) -> usize {
-        self.close + LANES - self.scattered
+        self.count
     }
 
-    /// Adds light that was drawn with density `pdf`.
     #[inline]
-    pub(super) fn push(&mut self, shadow: Shadow, ray: Ray, pdf: f32) {
-        let is_close = pdf > CLOSE && matches!(shadow.arrival, Arrival::Environment(_));
-        let place = if is_close { self.close } else { self.scattered - 1 };
-        (self.shadows[place], self.rays[place]) = (shadow, ray);
-        if is_close {
-            self.close += 1;
-        } else {
-            self.scattered -= 1;
-        }
+    pub(super) fn push(&mut self, shadow: Shadow, ray: Ray) {
+        (self.shadows[self.count], self.rays[self.count]) = (shadow, ray);
+        self.count += 1;
     }
 
-    /// Finds out which rays are blocked.
+    /// Finds out which rays are blocked, and forgets those.
     pub(super) fn trace(&mut self, world: &World) {
-        let (close, scattered) = (self.close, self.scattered);
-        world.occluded_packet(&self.rays[..close], &mut self.blocked[..close]);
-        world.occluded_scattered(&self.rays[scattered..], &mut self.blocked[scattered..]);
+        world.occluded_scattered(&self.rays[..self.count], &mut self.blocked[..self.count]);
+        let mut free = 0;
+        for i in (0..self.count).filter(|&i| !self.blocked[i]) {
+            self.shadows[free] = self.shadows[i];
+            free += 1;
+        }
+        self.count = free;
     }
 
-    /// Light that arrives.
-    #[inline]
-    pub(super) fn free(&self) -> impl Iterator<Item = &Shadow> {
-        let places = (0..self.close).chain(self.scattered..LANES);
-        places.filter(|&place| !self.blocked[place]).map(|place| &self.shadows[place])
+    /// The light that arrives, with its radiance.
+    pub(super) fn arriving(
+        &mut self,
+        simd: Simd,
+        environment: Option<&Environment>,
+    ) -> impl Iterator<Item = (&Shadow, Vec3)> {
+        let mut seen = 0;
+        for shadow in &self.shadows[..self.count] {
+            if let Arrival::Environment(point) = shadow.arrival {
+                self.points[seen] = point;
+                seen += 1;
+            }
+        }
+        if let Some(environment) = environment {
+            environment.radiance_many(simd, &self.points, seen, &mut self.radiance);
+        }
+        let mut found = self.radiance[..seen].iter();
+        self.shadows[..self.count].iter().map(move |shadow| match shadow.arrival {
+            Arrival::Environment(_) => (shadow, found.next().copied().unwrap_or_default()),
+            Arrival::From { radiance, .. } => (shadow, radiance),
+        })
     }
 }

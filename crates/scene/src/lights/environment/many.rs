@@ -85,6 +85,18 @@ impl Environment {
         }
     }
 
+    /// [`Environment::radiance_at`] for the first `count` of some points, which are points of this environment.
+    pub fn radiance_many(
+        &self,
+        simd: Simd,
+        points: &[MapPoint; MANY],
+        count: usize,
+        radiance: &mut [Vec3; MANY],
+    ) {
+        self.map.texels.interpolated_many(simd, &points.map(|point| point.0), count, radiance);
+        radiance[..count].iter_mut().for_each(|radiance| *radiance *= self.intensity);
+    }
+
     /// [`Environment::locate`] for the first `count` of the directions, which must be finite.
     pub fn locate_many(
         &self,
@@ -123,7 +135,10 @@ mod tests {
             environment.sample_many(simd, &numbers, &mut drawn);
             let mut points = [MapPoint::default(); MANY];
             environment.locate_many(simd, &drawn.directions, 51, &mut points);
+            let mut radiance = [Vec3::ZERO; MANY];
+            environment.radiance_many(simd, &points, 51, &mut radiance);
             for i in 0..51 {
+                assert_eq!(radiance[i], environment.radiance_at(points[i]));
                 let (direction, point, density) = environment.sample(numbers[i]);
                 assert_eq!(drawn.directions[i], direction);
                 assert_eq!((drawn.points[i], drawn.densities[i]), (point, density));

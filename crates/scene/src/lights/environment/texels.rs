@@ -6,8 +6,10 @@
 
 use glam::{Vec2, Vec3};
 use halflight_image::RgbImage;
+use halflight_trace::{Kernel, Simd};
 use rayon::prelude::*;
 
+use super::many::MANY;
 use super::prefetch::prefetch;
 
 const FRACTION_BITS: u32 = 18;
@@ -36,34 +38,109 @@ impl Texels {
     /// The map at texture coordinates in [0, 1), texel centres at (i + ½)/width, (j + ½)/height.
     #[inline]
     pub(super) fn interpolated(&self, uv: Vec2) -> Vec3 {
-        let ([x0, x1], [row0, row1], f) = self.corners(uv);
-        let texel = |i: usize| unpack(self.packed[i]);
-        let top = texel(row0 + x0).lerp(texel(row0 + x1), f.x);
-        top.lerp(texel(row1 + x0).lerp(texel(row1 + x1), f.x), f.y)
+        let corners = self.corners(uv);
+        blend(self.texels_at(&corners), corners.fraction)
+    }
+
+    /// [`Self::interpolated`] for many places.
+    pub(super) fn interpolated_many(
+        &self,
+        simd: Simd,
+        places: &[Vec2; MANY],
+        count: usize,
+        out: &mut [Vec3; MANY],
+    ) {
+        let mut corners = [Corners::default(); MANY];
+        simd.run(Cornering { texels: self, places, corners: &mut corners });
+        let mut packed = [[0; MANY]; 4];
+        for (i, corners) in corners[..count].iter().enumerate() {
+            let texels = self.texels_at(corners);
+            for corner in 0..4 {
+                packed[corner][i] = texels[corner];
+            }
+        }
+        simd.run(Blending { packed: &packed, corners: &corners, out });
     }
 
     /// Begins to bring what [`Self::interpolated`] will read into the cache.
     #[inline]
     pub(super) fn prefetch(&self, uv: Vec2) {
-        let ([x0, _], rows, _) = self.corners(uv);
+        let Corners { columns, rows, .. } = self.corners(uv);
         // The neighbour across is in the same line seven times of eight.
         for row in rows {
-            prefetch(&self.packed, row + x0);
+            prefetch(&self.packed, row as usize * self.width + columns[0] as usize);
         }
     }
 
-    /// The two columns, the starts of the two rows, and how far the place lies towards the second of each.
+    /// The texels of the first row, then those of the second.
     #[inline]
-    fn corners(&self, uv: Vec2) -> ([usize; 2], [usize; 2], Vec2) {
+    fn texels_at(&self, corners: &Corners) -> [u64; 4] {
+        let Corners { columns: [x0, x1], rows, .. } = *corners;
+        let [top, bottom] = rows.map(|row| &self.packed[row as usize * self.width..][..self.width]);
+        [top[x0 as usize], top[x1 as usize], bottom[x0 as usize], bottom[x1 as usize]]
+    }
+
+    #[inline(always)]
+    fn corners(&self, uv: Vec2) -> Corners {
         let (width, height) = (self.width as i32, self.height as i32);
         // Half a texel is added instead of subtracted, so that truncation rounds down.
         let (x, y) = (uv.x * width as f32 + 0.5, uv.y * height as f32 + 0.5);
         let (x_whole, y_whole) = (x as i32, y as i32);
         let x0 = if x_whole == 0 { width - 1 } else { (x_whole - 1).min(width - 1) };
         let x1 = if x_whole >= width { 0 } else { x_whole };
-        let row = |y: i32| y.clamp(0, height - 1) as usize * self.width;
+        let row = |y: i32| y.clamp(0, height - 1) as u32;
         let fraction = Vec2::new(x - x_whole as f32, y - y_whole as f32);
-        ([x0 as usize, x1 as usize], [row(y_whole - 1), row(y_whole)], fraction)
+        Corners { columns: [x0 as u32, x1 as u32], rows: [row(y_whole - 1), row(y_whole)], fraction }
+    }
+}
+
+/// The texels around a place.
+#[derive(Clone, Copy, Debug, Default)]
+struct Corners {
+    columns: [u32; 2],
+    rows: [u32; 2],
+    /// How far the place lies towards the second of each.
+    fraction: Vec2,
+}
+
+/// The mean of four texels, two rows of two, by how near each is.
+#[inline(always)]
+fn blend(packed: [u64; 4], f: Vec2) -> Vec3 {
+    let [a, b, c, d] = [unpack(packed[0]), unpack(packed[1]), unpack(packed[2]), unpack(packed[3])];
+    let (across, down) = (Vec2::new(1.0 - f.x, f.x), Vec2::new(1.0 - f.y, f.y));
+    (a * across.x + b * across.y) * down.x + (c * across.x + d * across.y) * down.y
+}
+
+struct Cornering<'a> {
+    texels: &'a Texels,
+    places: &'a [Vec2; MANY],
+    corners: &'a mut [Corners; MANY],
+}
+
+impl Kernel for Cornering<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        for i in 0..MANY {
+            self.corners[i] = self.texels.corners(self.places[i]);
+        }
+    }
+}
+
+struct Blending<'a> {
+    packed: &'a [[u64; MANY]; 4],
+    corners: &'a [Corners; MANY],
+    out: &'a mut [Vec3; MANY],
+}
+
+impl Kernel for Blending<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        let [a, b, c, d] = self.packed;
+        for i in 0..MANY {
+            self.out[i] = blend([a[i], b[i], c[i], d[i]], self.corners[i].fraction);
+        }
     }
 }
 
@@ -86,7 +163,7 @@ fn pack(pixel: [f32; 3]) -> u64 {
         | ((exponent + EXPONENT_BIAS) as u64) << (3 * FRACTION_BITS)
 }
 
-#[inline]
+#[inline(always)]
 fn unpack(packed: u64) -> Vec3 {
     let exponent = (packed >> (3 * FRACTION_BITS)) as i32 - EXPONENT_BIAS - FRACTION_BITS as i32;
     // 2^exponent: the least is −118, above the subnormals.
