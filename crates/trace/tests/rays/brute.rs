@@ -167,6 +167,9 @@ fn rays_that_are_no_rays_meet_nothing() {
         world.occluded_packet(&bad, &mut blocked);
         assert_eq!(hits, [None; 8]);
         assert_eq!(blocked, [false; 8]);
+        blocked = [true; 8];
+        world.occluded_scattered(&bad, &mut blocked);
+        assert_eq!(blocked, [false; 8]);
         for ray in bad {
             assert_eq!(world.closest(&ray), None, "{ray:?}");
             assert!(!world.occluded(&ray));

@@ -28,6 +28,9 @@ fn same(world: &World, rays: &[Ray]) -> usize {
     let mut blocked = vec![false; rays.len()];
     world.closest_packet(rays, &mut hits);
     world.occluded_packet(rays, &mut blocked);
+    let mut scattered = vec![false; rays.len()];
+    world.occluded_scattered(rays, &mut scattered);
+    assert_eq!(scattered, blocked, "{:?}", world.simd());
     for (i, ray) in rays.iter().enumerate() {
         let alone: Option<Hit> = world.closest(ray);
         assert_eq!(hits[i], alone, "{:?}: ray {i}, {ray:?}", world.simd());
