@@ -44,10 +44,6 @@ impl Sampler {
         hash(sum)
     }
 
-    pub(crate) fn from_parts(pixel_seed: u32, index: u32, set: u32) -> Self {
-        Self { pixel_seed, index, set }
-    }
-
     pub(crate) fn pixel_seed(&self) -> u32 {
         self.pixel_seed
     }

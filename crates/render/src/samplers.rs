@@ -54,11 +54,6 @@ impl Samplers {
         }
     }
 
-    /// The numbers of one path alone, from here on.
-    pub fn one(&self, path: usize) -> Sampler {
-        Sampler::from_parts(self.pixel_seeds[path], self.index, self.set)
-    }
-
     /// The next four numbers of the first `count` paths: those that [`Sampler::next_four`] would give each.
     pub fn next_four(&mut self, count: usize, numbers: &mut Numbers) {
         let kernel = Sobol {
@@ -129,7 +124,6 @@ mod tests {
                     let mut alone = Sampler::new(11, x, y, sample);
                     alone.next_four();
                     assert_eq!(numbers.map(|of_all| of_all[path]), alone.next_four());
-                    assert_eq!(samplers.one(path).next_four(), alone.next_four());
                 }
             }
         }

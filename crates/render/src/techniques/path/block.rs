@@ -94,9 +94,9 @@ impl<'a> Integrator<'a> {
             }
             samplers.next_four(arrived, &mut block.numbers);
             self.seek_light(block, depth, rays);
-            let last_of_first = block.numbers[3];
+            let u_lobe = block.numbers[3];
             samplers.next_four(arrived, &mut block.numbers);
-            under_way = self.scatter(block, depth, &last_of_first, &mut samplers);
+            under_way = self.scatter(block, depth, &u_lobe, &mut samplers);
             *rays += under_way as u64;
             if depth + 1 >= self.settings.max_depth && self.frame.lights.emitters().is_empty() {
                 return self.look_for_environment(block, under_way, depth + 1);
