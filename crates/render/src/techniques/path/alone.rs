@@ -26,7 +26,7 @@ impl Integrator<'_> {
                 break;
             };
             let vertex = Vertex::new(frame, &ray, &found);
-            radiance += self.from_emitter(&vertex, throughput, departure.as_ref(), ray.time, depth);
+            radiance += self.emitted_by(&vertex, throughput, departure.as_ref(), ray.time, depth);
             if depth >= self.settings.max_depth {
                 break;
             }

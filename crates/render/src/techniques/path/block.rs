@@ -135,7 +135,7 @@ impl<'a> Integrator<'a> {
         for (vertex, path) in block.vertices.iter().zip(&block.paths) {
             if vertex.material.is_emissive() {
                 let found =
-                    self.from_emitter(vertex, path.throughput, path.departure.as_ref(), path.time, depth);
+                    self.emitted_by(vertex, path.throughput, path.departure.as_ref(), path.time, depth);
                 block.radiance[path.pixel as usize] += found;
             }
         }

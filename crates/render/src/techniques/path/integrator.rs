@@ -45,7 +45,7 @@ impl Integrator<'_> {
 
     /// What a path brings from a surface that shines.
     #[inline]
-    pub(super) fn from_emitter(
+    pub(super) fn emitted_by(
         &self,
         vertex: &Vertex,
         throughput: Vec3,
