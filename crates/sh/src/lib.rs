@@ -75,7 +75,7 @@ pub use project::ShRgb;
 pub use real::Real;
 pub use rotation::{Matrix3, Rotation};
 pub use sh::{ProductMatrix, Sh};
-pub use simd::{Simd, UnknownSimd};
+pub use simd::{Kernel, Lane, Simd, UnknownSimd};
 pub use zonal::Zh;
 
 /// Orders that this crate computes with.

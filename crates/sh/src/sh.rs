@@ -139,9 +139,10 @@ impl<const ORDER: usize, T: Real> Sh<ORDER, T> {
         T::best(Square(self))
     }
 
-    /// [`Sh::product`] for kernels that are compiled for special instructions.
+    /// [`Sh::product`] for kernels ([`crate::Kernel`]) that are compiled for special instructions.
     #[inline(always)]
-    pub(crate) fn product_inlined(&self, other: &Self) -> Self {
+    #[must_use]
+    pub fn product_inlined(&self, other: &Self) -> Self {
         Sh(kernels::product(&self.0, &other.0))
     }
 

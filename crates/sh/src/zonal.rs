@@ -67,7 +67,7 @@ impl<const ORDER: usize, T: Real> Zh<ORDER, T> {
     }
 
     /// The function with its axis along a unit direction.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn to_direction(&self, axis: impl Into<[T; 3]>) -> Sh<ORDER, T> {
         let mut sh = Sh::basis(axis);

@@ -8,7 +8,9 @@ use std::f32::consts::{FRAC_PI_2, PI};
 
 use super::blockers::log_visibility;
 use super::{Lanes, WIDTH, load, load_direction, store};
+use crate::blocker::Series;
 use crate::simd::{Kernel, Lane, Simd};
+use crate::zonal::scale_bands;
 use crate::{BlockerTable, Sh};
 
 /// r/d of a sphere that the point is inside of.
@@ -51,6 +53,28 @@ fn asin<V: Lane>(x: V) -> V {
     V::splat(FRAC_PI_2) - (V::splat(1.0) - x).max(V::splat(0.0)).sqrt() * p
 }
 
+/// Weighted log-visibility of spheres that are small enough for the series.
+#[inline(always)]
+fn small_log_visibility<const ORDER: usize, V: Lane>(
+    series: &Series<ORDER>,
+    direction: [V; 3],
+    squared_sine: V,
+    weight: V,
+) -> Sh<ORDER, V> {
+    let mut factors = [V::splat(0.0); ORDER];
+    for l in 0..ORDER {
+        let terms = &series.terms[l];
+        let mut factor = V::splat(terms[terms.len() - 1]);
+        for term in terms[..terms.len() - 1].iter().rev() {
+            factor = factor.mul_add(squared_sine, V::splat(*term));
+        }
+        factors[l] = factor * weight;
+    }
+    let mut sh = Sh::<ORDER, V>::basis(direction);
+    scale_bands(&mut sh, &factors);
+    sh
+}
+
 struct Spheres<'a, const ORDER: usize> {
     table: &'a BlockerTable<ORDER>,
     points: &'a [PointLanes],
@@ -62,7 +86,7 @@ impl<const ORDER: usize> Kernel for Spheres<'_, ORDER> {
     type Output = ();
     #[inline(always)]
     fn run<V: Lane>(self) {
-        let columns = self.table.columns();
+        let (columns, series) = (self.table.columns(), self.table.series());
         for (points, log) in self.points.iter().zip(self.logs) {
             for part in 0..WIDTH / V::N {
                 let position: [V; 3] = load_direction(&points.position, part);
@@ -70,10 +94,14 @@ impl<const ORDER: usize> Kernel for Spheres<'_, ORDER> {
                 let owner = V::load(&points.owner.0[part * V::N..]);
                 let mut sum: Sh<ORDER, V> = load(log, part);
                 for sphere in self.spheres {
-                    let to = [0, 1, 2].map(|axis| V::splat(sphere.center[axis]) - position[axis]);
+                    let to = [
+                        V::splat(sphere.center[0]) - position[0],
+                        V::splat(sphere.center[1]) - position[1],
+                        V::splat(sphere.center[2]) - position[2],
+                    ];
                     let squared = to[0].mul_add(to[0], to[1].mul_add(to[1], to[2] * to[2]));
                     let inverse = V::splat(1.0).over(squared.max(V::splat(1e-30)).sqrt());
-                    let direction = to.map(|coordinate| coordinate * inverse);
+                    let direction = [to[0] * inverse, to[1] * inverse, to[2] * inverse];
                     let sine = V::splat(sphere.radius) * inverse;
                     let (nothing, weight) = (V::splat(0.0), V::splat(sphere.weight));
                     // In its own body: equal owners differ by less than a half.
@@ -87,8 +115,13 @@ impl<const ORDER: usize> Kernel for Spheres<'_, ORDER> {
                     if !V::any((weight * weight).gt(nothing)) {
                         continue;
                     }
-                    let angle = asin(sine.min(V::splat(INSIDE)));
-                    sum += log_visibility(columns, direction, angle, weight);
+                    let squared_sine = sine * sine;
+                    if V::any(squared_sine.gt(V::splat(series.end))) {
+                        let angle = asin(sine.min(V::splat(INSIDE)));
+                        sum += log_visibility(columns, direction, angle, weight);
+                    } else {
+                        sum += small_log_visibility(series, direction, squared_sine, weight);
+                    }
                 }
                 store(&sum, log, part);
             }
@@ -122,7 +155,7 @@ impl<const ORDER: usize> Kernel for Weights<'_, ORDER> {
         let blocks = self.spheres.len().div_ceil(WIDTH);
         self.terms.clear();
         self.terms.resize(blocks, Sh::zero());
-        let mut density = Sh::<ORDER>::zero();
+        let mut density = Sh::<ORDER, V>::zero();
         for (spheres, term) in self.spheres.chunks(WIDTH).zip(self.terms.iter_mut()) {
             let mut columns = [Lanes::default(); 4];
             for (lane, sphere) in spheres.iter().enumerate() {
@@ -132,16 +165,22 @@ impl<const ORDER: usize> Kernel for Weights<'_, ORDER> {
                 columns[3].0[lane] = sphere.radius;
             }
             for part in 0..WIDTH / V::N {
-                let [x, y, z, radius] = [0, 1, 2, 3].map(|i| V::load(&columns[i].0[part * V::N..]));
+                let at = part * V::N;
+                let (x, y) = (V::load(&columns[0].0[at..]), V::load(&columns[1].0[at..]));
+                let (z, radius) = (V::load(&columns[2].0[at..]), V::load(&columns[3].0[at..]));
                 let squared = x.mul_add(x, y.mul_add(y, z * z)).max(V::splat(1e-30));
                 let inverse = V::splat(1.0).over(squared.sqrt());
                 let sine = (radius * inverse).min(V::splat(INSIDE));
                 let cosine = (V::splat(1.0) - sine * sine).sqrt();
                 let mut sh = Sh::<ORDER, V>::basis([x * inverse, y * inverse, z * inverse]);
-                crate::zonal::scale_bands(&mut sh, &cap_bands(cosine));
-                density += sh.map(V::sum);
+                scale_bands(&mut sh, &cap_bands(cosine));
+                density += sh;
                 store(&sh, term, part);
             }
+        }
+        // In all lanes what all lanes together hold.
+        for coefficient in density.coefficients_mut() {
+            *coefficient = V::splat(coefficient.sum());
         }
         for ((spheres, term), multiplicities) in
             self.spheres.chunks_mut(WIDTH).zip(self.terms.iter()).zip(self.multiplicities.chunks(WIDTH))
@@ -149,8 +188,7 @@ impl<const ORDER: usize> Kernel for Weights<'_, ORDER> {
             let mut found = Lanes::default();
             for part in 0..WIDTH / V::N {
                 let term: Sh<ORDER, V> = load(term, part);
-                let all: Sh<ORDER, V> = density.map(V::splat);
-                let expressed = term.dot(&all) - term.dot(&term);
+                let expressed = term.dot(&density) - term.dot(&term);
                 // Ω_b is √4π times the term's first coefficient.
                 let solid_angle = term[0] * V::of(crate::sh::SQRT_4PI);
                 let expressed = expressed.over(solid_angle.max(V::splat(1e-20))).max(V::splat(0.0));

@@ -6,19 +6,22 @@ use crate::Real;
 use crate::real::sealed::Sealed;
 
 /// `N` floats that are computed together. A value of a wide form exists only inside functions compiled for its
-/// instructions, which is what makes its methods sound.
-pub(crate) trait Lane: Real {
+/// instructions, which is what makes its methods sound: kernels get the type from [`super::Simd::run`] and cannot name it.
+pub trait Lane: Real {
     /// How many; a divisor of 16.
     const N: usize;
+    /// A truth for each lane.
     type Mask: Copy;
 
     /// The first `N` floats of a slice; panics if there are fewer.
     fn load(from: &[f32]) -> Self;
     /// Writes the lanes to the front of a slice; panics if it is shorter than `N`.
     fn store(self, to: &mut [f32]);
+    /// One number in all lanes.
     fn splat(value: f32) -> Self;
     /// Lanes where `self > other`; false where either is NaN.
     fn gt(self, other: Self) -> Self::Mask;
+    /// Whether the mask is set anywhere.
     fn any(mask: Self::Mask) -> bool;
     /// `a` where the mask is set, else `b`.
     fn select(mask: Self::Mask, a: Self, b: Self) -> Self;
@@ -28,6 +31,9 @@ pub(crate) trait Lane: Real {
     fn round(self) -> Self;
     /// `table[index]` of whole numbers; indices out of range read some entry of the table, which is not empty.
     fn gather(table: &[f32], index: Self) -> Self;
+    /// What a table of rows of `columns` entries holds at (row, column), both whole numbers; places out of range read some
+    /// entry of the table, which is not empty. Unlike [`Lane::gather`] it reaches all of a table of more than 2²⁴ entries.
+    fn gather_grid(table: &[f32], columns: usize, row: Self, column: Self) -> Self;
     /// The sum of the lanes.
     fn sum(self) -> f32;
 
@@ -166,6 +172,13 @@ impl Lane for Plain {
     #[inline(always)]
     fn gather(table: &[f32], index: Self) -> Self {
         Plain(index.0.map(|i| table[(i as usize).min(table.len() - 1)]))
+    }
+    #[inline(always)]
+    fn gather_grid(table: &[f32], columns: usize, row: Self, column: Self) -> Self {
+        Plain(std::array::from_fn(|i| {
+            let place = (row.0[i] as usize).saturating_mul(columns).saturating_add(column.0[i] as usize);
+            table[place.min(table.len() - 1)]
+        }))
     }
     #[inline(always)]
     fn sum(self) -> f32 {

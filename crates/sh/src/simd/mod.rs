@@ -8,7 +8,8 @@ mod lane;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
-pub(crate) use lane::{Lane, Plain};
+pub use lane::Lane;
+pub(crate) use lane::Plain;
 
 /// A level of vector instructions. `Baseline` has no fused multiply-add and differs from the others in rounding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -22,7 +23,8 @@ pub enum Simd {
 }
 
 /// Work that runs at any level.
-pub(crate) trait Kernel {
+pub trait Kernel {
+    /// What it gives.
     type Output;
     /// The work, with `V` as its vectors. Implementations are `#[inline(always)]`.
     fn run<V: Lane>(self) -> Self::Output;
@@ -106,7 +108,7 @@ impl Simd {
 
     /// Runs a kernel at this level, or at the best below it that the machine has.
     #[inline]
-    pub(crate) fn run<K: Kernel>(self, kernel: K) -> K::Output {
+    pub fn run<K: Kernel>(self, kernel: K) -> K::Output {
         #[cfg(target_arch = "x86_64")]
         match self.or_best() {
             Simd::Avx512 => return x86::run_avx512(kernel),

@@ -247,6 +247,17 @@ impl Lane for Wide8 {
         }
     }
     #[inline(always)]
+    fn gather_grid(table: &[f32], columns: usize, row: Self, column: Self) -> Self {
+        assert!(!table.is_empty() && table.len() <= i32::MAX as usize);
+        // SAFETY: the unsigned minimum keeps every place within the table.
+        unsafe {
+            let last = _mm256_set1_epi32(table.len() as i32 - 1);
+            let first = _mm256_mullo_epi32(_mm256_cvtps_epi32(row.0), _mm256_set1_epi32(columns as i32));
+            let places = _mm256_add_epi32(first, _mm256_cvtps_epi32(column.0));
+            Wide8(_mm256_i32gather_ps::<4>(table.as_ptr(), _mm256_min_epu32(places, last)))
+        }
+    }
+    #[inline(always)]
     fn sum(self) -> f32 {
         // SAFETY: as the module says.
         unsafe {
@@ -313,6 +324,17 @@ impl Lane for Wide16 {
             let last = _mm512_set1_epi32(table.len() as i32 - 1);
             let places = _mm512_min_epu32(_mm512_cvtps_epi32(index.0), last);
             Wide16(_mm512_i32gather_ps::<4>(places, table.as_ptr()))
+        }
+    }
+    #[inline(always)]
+    fn gather_grid(table: &[f32], columns: usize, row: Self, column: Self) -> Self {
+        assert!(!table.is_empty() && table.len() <= i32::MAX as usize);
+        // SAFETY: the unsigned minimum keeps every place within the table.
+        unsafe {
+            let last = _mm512_set1_epi32(table.len() as i32 - 1);
+            let first = _mm512_mullo_epi32(_mm512_cvtps_epi32(row.0), _mm512_set1_epi32(columns as i32));
+            let places = _mm512_add_epi32(first, _mm512_cvtps_epi32(column.0));
+            Wide16(_mm512_i32gather_ps::<4>(_mm512_min_epu32(places, last), table.as_ptr()))
         }
     }
     #[inline(always)]

@@ -48,6 +48,8 @@ pub struct HeightFieldTracer {
     bounds: (Vec3, Vec3),
     /// Metres a cell along x and z, in the precision of the ray's set-up.
     spacing: [f64; 2],
+    /// Along x and z: what turns a difference over one or two cells into a slope.
+    per_metre: [[f32; 2]; 2],
     simd: Simd,
 }
 
@@ -93,7 +95,8 @@ impl HeightFieldTracer {
         }
         let extent = (field.max.as_dvec2() - field.min.as_dvec2()).to_array();
         let spacing = [extent[0] / (field.columns - 1) as f64, extent[1] / (field.rows - 1) as f64];
-        Self { field, close, levels, bounds: (low, high), spacing, simd: simd.or_best() }
+        let per_metre = spacing.map(|spacing| [(1.0 / spacing) as f32, (0.5 / spacing) as f32]);
+        Self { field, close, levels, bounds: (low, high), spacing, per_metre, simd: simd.or_best() }
     }
 
     /// The heights at the opening of the shutter.
@@ -260,8 +263,8 @@ impl RayGeometry for HeightFieldTracer {
     fn surface(&self, ray: &Ray, hit: &LocalHit) -> LocalSurface {
         let field = &*self.field;
         let (cells_x, cells_z) = field.cells();
-        let cell = (hit.primitive / 2) as usize;
-        let (i, j) = (cell % cells_x, cell / cells_x);
+        let (cell, across) = (hit.primitive / 2, cells_x as u32);
+        let (i, j) = ((cell % across) as usize, (cell / across) as usize);
         let (u, v) = (hit.u, hit.v);
         let h = |dx: usize, dz: usize| self.height(i + dx, j + dz, ray.time);
         let (h00, h10, h01, h11) = (h(0, 0), h(1, 0), h(0, 1), h(1, 1));
@@ -273,8 +276,8 @@ impl RayGeometry for HeightFieldTracer {
             h00 + u * rise_x + v * rise_z,
             low.z + v * (high.z - low.z),
         );
-        let spacing = field.spacing();
-        let normal = normal_of_slopes(rise_x / spacing.x, rise_z / spacing.y);
+        let [slope_x, slope_z] = [rise_x * self.per_metre[0][0], rise_z * self.per_metre[1][0]];
+        let normal = normal_of_slopes(slope_x, slope_z);
         let shading_normal = if field.smooth {
             let post = |dx: usize, dz: usize| self.post_normal(i + dx, j + dz, ray.time);
             let (p00, p11) = (post(0, 0), post(1, 1));
@@ -298,7 +301,7 @@ impl RayGeometry for HeightFieldTracer {
             geometric_normal: normal,
             shading_normal,
             uv: Vec2::new((i as f32 + u) / cells_x as f32, (j as f32 + v) / cells_z as f32),
-            tangent: Vec3::new(1.0, rise_x / spacing.x, 0.0),
+            tangent: Vec3::new(1.0, slope_x, 0.0),
             handedness: 1.0,
             color: Vec3::ONE,
             material_slot: 0,
@@ -317,21 +320,23 @@ impl RayGeometry for HeightFieldTracer {
 
 impl HeightFieldTracer {
     /// The normal at a post at a time, from central differences.
+    #[inline]
     fn post_normal(&self, column: usize, row: usize, time: f32) -> Vec3 {
-        let spacing = self.field.spacing();
-        let (left, right) = (column.saturating_sub(1), (column + 1).min(self.field.columns - 1));
-        let (far, near) = (row.saturating_sub(1), (row + 1).min(self.field.rows - 1));
+        let (columns, rows) = (self.field.columns, self.field.rows);
+        let (left, right) = (column.saturating_sub(1), (column + 1).min(columns - 1));
+        let (far, near) = (row.saturating_sub(1), (row + 1).min(rows - 1));
         let across = self.height(right, row, time) - self.height(left, row, time);
         let along = self.height(column, near, time) - self.height(column, far, time);
-        normal_of_slopes(
-            across / ((right - left) as f32 * spacing.x),
-            along / ((near - far) as f32 * spacing.y),
-        )
+        let [x, z] = self.per_metre;
+        normal_of_slopes(across * x[right - left - 1], along * z[near - far - 1])
     }
 }
 
 /// The unit normal of a plane that rises by so much per metre; slopes of any size.
 fn normal_of_slopes(along_x: f32, along_z: f32) -> Vec3 {
+    /// Squares of larger slopes are far from the greatest float, but not for ever.
+    const STEEP: f32 = 1e15;
     let normal = Vec3::new(-along_x, 1.0, -along_z);
-    (normal / normal.abs().max_element()).normalize()
+    let greatest = normal.abs().max_element();
+    if greatest < STEEP { normal.normalize() } else { (normal / greatest).normalize() }
 }

@@ -8,18 +8,22 @@
 //! | file | what it does |
 //! |---|---|
 //! | `blockers` | the spheres of a frame |
-//! | `field`, `plate` | what height fields and rectangles hide |
+//! | `horizon`, `plate`, `wedge` | what height fields and rectangles hide |
 //! | `solve` | light with visibility at points |
-//! | `shade` | from there to radiance, and between points |
+//! | `refine`, `between` | which points, from coarse to fine, and the pixels between them |
+//! | `shade` | from light to radiance |
 //!
 //! Sources: Ren et al. 2006 and seed \[004\]; height fields: seed \[000\], Snyder & Nowrouzezahrai 2008.
 
+mod between;
 mod blockers;
-mod field;
+mod horizon;
 mod plate;
+mod refine;
 mod settings;
 mod shade;
 mod solve;
+mod wedge;
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -34,10 +38,10 @@ use crate::looks::{Stages, add_looks};
 use crate::sh_light::{FrameLight, LightCache, SHARP_LIGHT};
 use crate::technique::{Budget, Deadline, Progress, RenderReport, Technique, TechniqueError};
 use blockers::{BODY_EPSILON, Bodies};
-use field::{FieldVisibility, WedgeTable};
+use horizon::FieldVisibility;
 use plate::Plate;
-use shade::Lattice;
 use solve::{Solver, Tables};
+use wedge::WedgeTable;
 
 /// The name of the technique.
 const NAME: &str = "shexp";
@@ -170,11 +174,19 @@ impl Shexp {
         };
         let mut report =
             RenderReport { notes: self.notes(&light, blockers.len()), ..RenderReport::default() };
+        let (mut solved, mut pixels) = (0, 0);
         let work = (&mut report, stages);
         add_looks(frame, film, (budget, &deadline), progress, work, |view, stages| {
-            let lattice = stages.time("lattice", || Lattice::solve(&solver, view, &self.settings));
-            stages.time("pixels", || lattice.shade(&solver, view, frame))
+            let (picture, points) = refine::shade(&solver, view, frame, &self.settings, stages);
+            (solved, pixels) = (solved + points, pixels + picture.len());
+            picture
         });
+        if pixels > 0 {
+            let share = 100.0 * solved as f64 / pixels as f64;
+            report.notes.push(format!(
+                "light was worked out at {share:.1} % of the pixels, and taken from those elsewhere"
+            ));
+        }
         Ok(report)
     }
 }

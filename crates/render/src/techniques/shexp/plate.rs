@@ -1,13 +1,13 @@
-//! What a flat rectangle hides, such as the ground that things stand on: the field of `field` without heights.
+//! What a flat rectangle hides, such as the ground that things stand on: the field of `horizon` without heights.
 //!
 //! From a point at height y above the plate, the plate hides everything from straight down to the elevation of its border
 //! in each azimuth, sin σ_k = −y/√(y² + b_k²). From below it is the same upside down: y_lm changes by (−1)^(l+m). Points
 //! beside the plate are taken to be above or below its nearest place, which hides a little too much.
 
 use glam::{Affine3A, Mat3, Vec2, Vec3};
-use halflight_sh::{Rotation, Sh};
+use halflight_sh::{Rotation, Sh, Simd};
 
-use super::field::{AZIMUTH_DIRECTIONS, AZIMUTHS, WedgeTable, border, in_harmonics};
+use super::wedge::{AZIMUTH_DIRECTIONS, AZIMUTHS, WedgeTable, border, in_harmonics};
 
 /// A rectangle of one frame.
 pub(super) struct Plate {
@@ -34,7 +34,12 @@ impl Plate {
     }
 
     /// What the plate leaves visible from a point of the world, in the frame of the harmonics.
-    pub(super) fn visible<const ORDER: usize>(&self, table: &WedgeTable<ORDER>, point: Vec3) -> Sh<ORDER> {
+    pub(super) fn visible<const ORDER: usize>(
+        &self,
+        simd: Simd,
+        table: &WedgeTable<ORDER>,
+        point: Vec3,
+    ) -> Sh<ORDER> {
         let local = self.turn.transpose() * (point - self.center);
         let height = local.y.abs();
         let middle = Vec2::new(local.x, local.z).clamp(-self.half, self.half);
@@ -42,7 +47,7 @@ impl Plate {
             let reach = border(-self.half, self.half, middle, AZIMUTH_DIRECTIONS[k]);
             -height / (height * height + reach * reach).sqrt().max(f32::MIN_POSITIVE)
         });
-        let mut hidden = table.hidden(&sines);
+        let mut hidden = table.hidden(simd, &sines);
         if local.y < 0.0 {
             for l in 0..ORDER {
                 for i in 0..2 * l + 1 {
@@ -86,7 +91,7 @@ mod tests {
                         truth += Sh::<4, f64>::basis(axes(direction).map(f64::from)) * weight;
                     }
                 }
-                let found: Sh<4, f64> = plate.visible(&table, turn * point).cast();
+                let found: Sh<4, f64> = plate.visible(Simd::detect(), &table, turn * point).cast();
                 let rms = (found - truth).norm() / (4.0 * std::f64::consts::PI).sqrt();
                 assert!(rms < 0.02, "{point}: {rms}");
             }

@@ -9,8 +9,9 @@ use halflight_sh::batch::{self, Lanes, PointLanes, SphereBlocker, WIDTH};
 use halflight_sh::{BlockerTable, Exponential, Sh, Simd};
 
 use super::blockers::Blockers;
-use super::field::{FieldVisibility, WedgeTable};
+use super::horizon::FieldVisibility;
 use super::plate::Plate;
+use super::wedge::WedgeTable;
 use crate::sh_light::{Colors, axes};
 
 /// A point to be lit.
@@ -52,17 +53,18 @@ pub(super) struct Scratch<const ORDER: usize> {
     logs: Vec<Sh<ORDER, Lanes>>,
     visible: Vec<Sh<ORDER, Lanes>>,
     other: Vec<Sh<ORDER, Lanes>>,
+    /// What one height field leaves visible, point by point.
+    seen: Vec<Sh<ORDER>>,
 }
 
 impl<const ORDER: usize> Solver<'_, ORDER> {
-    /// L·V at each of a group of neighbouring points.
+    /// L·V at each of a group of neighbouring points; `out` has a place for each.
     pub(super) fn solve(
         &self,
         receivers: &[Receiver],
         scratch: &mut Scratch<ORDER>,
-        out: &mut Vec<Colors<ORDER>>,
+        out: &mut [Colors<ORDER>],
     ) {
-        out.clear();
         if receivers.is_empty() {
             return;
         }
@@ -88,14 +90,15 @@ impl<const ORDER: usize> Solver<'_, ORDER> {
             buffer.clear();
             buffer.resize(blocks, Sh::zero());
         }
-        let Scratch { points, spheres, logs, visible, other, .. } = scratch;
+        let Scratch { points, spheres, logs, visible, other, seen, .. } = scratch;
         batch::accumulate_spheres(self.simd, &self.tables.single, points, spheres, logs);
         batch::accumulate_spheres(self.simd, &self.tables.body, points, &self.blockers.bodies, logs);
         batch::exponential(self.simd, Exponential::default(), logs, visible);
         for field in self.fields {
-            for (i, receiver) in receivers.iter().enumerate() {
-                let hidden = field.visible(&self.tables.wedges, receiver.position);
-                batch::set_lane(&mut other[i / WIDTH], i % WIDTH, &hidden);
+            let positions = receivers.iter().map(|receiver| receiver.position);
+            field.visible(self.simd, &self.tables.wedges, positions, seen);
+            for (i, visible) in seen.iter().enumerate() {
+                batch::set_lane(&mut other[i / WIDTH], i % WIDTH, visible);
             }
             batch::product(self.simd, visible, other, logs);
             std::mem::swap(visible, logs);
@@ -103,13 +106,12 @@ impl<const ORDER: usize> Solver<'_, ORDER> {
         for plate in self.plates {
             for (i, receiver) in receivers.iter().enumerate() {
                 let on_it = receiver.instance == plate.instance;
-                let open = || plate.visible(&self.tables.wedges, receiver.position);
+                let open = || plate.visible(self.simd, &self.tables.wedges, receiver.position);
                 batch::set_lane(&mut other[i / WIDTH], i % WIDTH, &if on_it { Sh::one() } else { open() });
             }
             batch::product(self.simd, visible, other, logs);
             std::mem::swap(visible, logs);
         }
-        out.resize(receivers.len(), [Sh::zero(); 3]);
         for (color, light) in self.light.iter().enumerate() {
             other.fill(light.map(Lanes::splat));
             batch::product(self.simd, visible, other, logs);

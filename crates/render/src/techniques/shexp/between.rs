@@ -1,0 +1,260 @@
+//! Pixels between four points where light is known, sixteen pixels side by side.
+//!
+//! A corner counts for a pixel as far as it is near it (bilinear) and on the same surface: the same body, a similar normal,
+//! close to the tangent plane. A pixel is shaded if the corners that count carry enough weight, and if the irradiances
+//! that they give *for the pixel's own normal* differ by no more than the tolerance; otherwise it stays open.
+
+use glam::Vec3;
+use halflight_sh::batch::{Lanes, WIDTH};
+use halflight_sh::{Kernel, Lane, Sh, Simd, Zh};
+
+use super::shade::Kernels;
+use crate::gbuffer::VisiblePoint;
+use crate::sh_light::{Colors, axes};
+
+/// Distance of a corner from the tangent plane at most, in parts of its distance.
+const OFF_PLANE: f32 = 0.35;
+/// Cosine between the normals of a pixel and a corner at least.
+const TURNED: f32 = 0.8;
+/// What the corners that count must weigh together.
+const ENOUGH: f32 = 0.4;
+
+/// A point where light is known.
+#[derive(Clone, Copy)]
+pub(super) struct Corner<'a, const ORDER: usize> {
+    pub(super) point: &'a VisiblePoint,
+    pub(super) light: &'a Colors<ORDER>,
+}
+
+/// Four corners (upper left, upper right, lower left, lower right) and pixels between them that wait to be shaded.
+pub(super) struct Cell<'a, const ORDER: usize> {
+    simd: Simd,
+    kernels: &'a Kernels<ORDER>,
+    corners: [Option<Corner<'a, ORDER>>; 4],
+    tolerance: f32,
+    count: usize,
+    places: [usize; WIDTH],
+    points: [Option<&'a VisiblePoint>; WIDTH],
+    lanes: PixelLanes,
+}
+
+/// What the kernel needs of sixteen pixels.
+#[derive(Default)]
+struct PixelLanes {
+    position: [Lanes; 3],
+    geometric_normal: [Lanes; 3],
+    /// In the frame of the harmonics.
+    normal: [Lanes; 3],
+    mirrored: [Lanes; 3],
+    instance: Lanes,
+    /// Where in the cell, from 0 to 1.
+    fraction: [Lanes; 2],
+}
+
+/// What comes out: integrals of the light with the cosine, and with lobe and cosine, negative weight where corners do not
+/// tell.
+#[derive(Default)]
+struct Found {
+    weight: Lanes,
+    irradiance: [Lanes; 3],
+    gathered: [Lanes; 3],
+}
+
+impl<'a, const ORDER: usize> Cell<'a, ORDER> {
+    pub(super) fn new(
+        simd: Simd,
+        kernels: &'a Kernels<ORDER>,
+        corners: [Option<Corner<'a, ORDER>>; 4],
+        tolerance: f32,
+    ) -> Self {
+        Self {
+            simd,
+            kernels,
+            corners,
+            tolerance,
+            count: 0,
+            places: [0; WIDTH],
+            points: [None; WIDTH],
+            lanes: PixelLanes::default(),
+        }
+    }
+
+    /// Adds a pixel; true if the cell has to be shaded before the next one.
+    pub(super) fn push(&mut self, point: &'a VisiblePoint, place: usize, fraction: [f32; 2]) -> bool {
+        let (i, lanes) = (self.count, &mut self.lanes);
+        let normal = axes(point.normal);
+        for axis in 0..3 {
+            lanes.position[axis].0[i] = point.position[axis];
+            lanes.geometric_normal[axis].0[i] = point.geometric_normal[axis];
+            lanes.normal[axis].0[i] = normal[axis];
+        }
+        if point.material.specular != Vec3::ZERO {
+            let mirrored = axes(mirrored(point));
+            for axis in 0..3 {
+                lanes.mirrored[axis].0[i] = mirrored[axis];
+            }
+        }
+        lanes.instance.0[i] = point.hit.instance as f32;
+        lanes.fraction[0].0[i] = fraction[0];
+        lanes.fraction[1].0[i] = fraction[1];
+        (self.places[i], self.points[i]) = (place, Some(point));
+        self.count += 1;
+        self.count == WIDTH
+    }
+
+    /// Shades the pixels that were added; gives the place and the radiance of each that the corners tell enough of.
+    pub(super) fn shade(&mut self, mut take: impl FnMut(usize, Vec3)) {
+        let points = &self.points[..self.count];
+        let mut done = [false; WIDTH];
+        let mut diffuse_too = false;
+        // One exponent at a time: mostly there is only one, or none.
+        for first in 0..points.len() {
+            let Some(exponent) = glossy(points[first]).filter(|_| !done[first]) else { continue };
+            let found = self.run(Some(exponent));
+            for i in first..points.len() {
+                if glossy(points[i]) == Some(exponent) {
+                    done[i] = true;
+                    self.give(i, &found, &mut take);
+                }
+            }
+        }
+        for (i, point) in points.iter().enumerate() {
+            diffuse_too |= point.is_some() && !done[i];
+        }
+        if diffuse_too {
+            let found = self.run(None);
+            for i in (0..points.len()).filter(|&i| !done[i]) {
+                self.give(i, &found, &mut take);
+            }
+        }
+        self.count = 0;
+    }
+
+    fn run(&self, exponent: Option<f32>) -> Found {
+        let mut found = Found::default();
+        let lobe = exponent.map(|exponent| self.kernels.lobe(exponent));
+        self.simd.run(Between { cell: self, lobe, found: &mut found });
+        found
+    }
+
+    fn give(&self, i: usize, found: &Found, take: &mut impl FnMut(usize, Vec3)) {
+        let Some(point) = self.points[i].filter(|_| found.weight.0[i] > 0.0) else { return };
+        let of = |lanes: &[Lanes; 3]| Vec3::new(lanes[0].0[i], lanes[1].0[i], lanes[2].0[i]);
+        take(self.places[i], Kernels::<ORDER>::radiance(point, of(&found.irradiance), of(&found.gathered)));
+    }
+}
+
+/// The exponent of a pixel's lobe, if it has one.
+fn glossy(point: Option<&VisiblePoint>) -> Option<f32> {
+    let material = point?.material;
+    (material.specular != Vec3::ZERO).then_some(material.exponent)
+}
+
+/// The direction of a perfect mirror.
+pub(super) fn mirrored(point: &VisiblePoint) -> Vec3 {
+    2.0 * point.normal.dot(point.towards_eye) * point.normal - point.towards_eye
+}
+
+struct Between<'a, 'b, const ORDER: usize> {
+    cell: &'b Cell<'a, ORDER>,
+    lobe: Option<Zh<ORDER>>,
+    found: &'b mut Found,
+}
+
+impl<const ORDER: usize> Kernel for Between<'_, '_, ORDER> {
+    type Output = ();
+    #[inline(always)]
+    fn run<V: Lane>(self) {
+        let (lanes, kernels) = (&self.cell.lanes, self.cell.kernels);
+        let (zero, one) = (V::splat(0.0), V::splat(1.0));
+        for part in (0..WIDTH).step_by(V::N) {
+            let (position, normal) = (load::<V>(&lanes.position, part), load::<V>(&lanes.normal, part));
+            let facing = load::<V>(&lanes.geometric_normal, part);
+            let instance = V::load(&lanes.instance.0[part..]);
+            let (x, y) = (V::load(&lanes.fraction[0].0[part..]), V::load(&lanes.fraction[1].0[part..]));
+            let cosine = turned::<ORDER, V>(&kernels.cosine, normal);
+            let lobe = match &self.lobe {
+                Some(lobe) => {
+                    turned::<ORDER, V>(lobe, load::<V>(&lanes.mirrored, part)).product_inlined(&cosine)
+                }
+                None => Sh::zero(),
+            };
+            let mut weights = zero;
+            let (mut sum, mut gathered) = ([zero; 3], [zero; 3]);
+            let (mut least, mut most) = ([V::splat(f32::MAX); 3], [V::splat(-f32::MAX); 3]);
+            for (number, corner) in self.cell.corners.iter().enumerate() {
+                let Some(corner) = corner else { continue };
+                let across = if number & 1 == 1 { x } else { one - x };
+                let share = across * if number & 2 == 2 { y } else { one - y };
+                let weight = alike(corner.point, &position, &facing, instance, share);
+                let counts = weight.gt(zero);
+                for color in 0..3 {
+                    let irradiance = integral(&corner.light[color], &cosine);
+                    sum[color] = weight.mul_add(irradiance, sum[color]);
+                    least[color] = V::select(counts, least[color].min(irradiance), least[color]);
+                    most[color] = V::select(counts, most[color].max(irradiance), most[color]);
+                }
+                if self.lobe.is_some() {
+                    for color in 0..3 {
+                        gathered[color] =
+                            weight.mul_add(integral(&corner.light[color], &lobe), gathered[color]);
+                    }
+                }
+                weights = weights + weight;
+            }
+            let spread = (most[0] - least[0]) + (most[1] - least[1]) + (most[2] - least[2]);
+            let enough = V::select(weights.gt(V::splat(ENOUGH)), one, V::splat(-1.0));
+            let rough = spread.gt(V::splat(3.0 * self.cell.tolerance));
+            V::select(rough, V::splat(-1.0), enough).store(&mut self.found.weight.0[part..]);
+            let scale = one.over(weights.max(V::splat(f32::MIN_POSITIVE)));
+            for color in 0..3 {
+                (sum[color] * scale).store(&mut self.found.irradiance[color].0[part..]);
+                (gathered[color] * scale).store(&mut self.found.gathered[color].0[part..]);
+            }
+        }
+    }
+}
+
+/// `share` where light at a corner may stand for light at pixels, 0 elsewhere.
+#[inline(always)]
+fn alike<V: Lane>(corner: &VisiblePoint, position: &[V; 3], facing: &[V; 3], instance: V, share: V) -> V {
+    let (at, normal) = (corner.position.to_array(), corner.geometric_normal.to_array());
+    let mut off = V::splat(0.0);
+    let (mut apart, mut aligned) = (off, off);
+    for axis in 0..3 {
+        let between = V::splat(at[axis]) - position[axis];
+        off = between.mul_add(facing[axis], off);
+        apart = between.mul_add(between, apart);
+        aligned = facing[axis].mul_add(V::splat(normal[axis]), aligned);
+    }
+    let zero = V::splat(0.0);
+    let other = instance - V::splat(corner.hit.instance as f32);
+    let share = V::select((other * other).gt(V::splat(0.25)), zero, share);
+    let share = V::select(aligned.gt(V::splat(TURNED)), share, zero);
+    V::select((off * off).gt(apart * V::splat(OFF_PLANE * OFF_PLANE)), zero, share)
+}
+
+#[inline(always)]
+fn load<V: Lane>(lanes: &[Lanes; 3], part: usize) -> [V; 3] {
+    [V::load(&lanes[0].0[part..]), V::load(&lanes[1].0[part..]), V::load(&lanes[2].0[part..])]
+}
+
+/// A zonal function turned to many directions.
+#[inline(always)]
+fn turned<const ORDER: usize, V: Lane>(zonal: &Zh<ORDER>, directions: [V; 3]) -> Sh<ORDER, V> {
+    let mut wide = Zh([V::splat(0.0); ORDER]);
+    for l in 0..ORDER {
+        wide.0[l] = V::splat(zonal.0[l]);
+    }
+    wide.to_direction(directions)
+}
+
+/// ∫ of one light with many kernels.
+#[inline(always)]
+fn integral<const ORDER: usize, V: Lane>(light: &Sh<ORDER>, kernel: &Sh<ORDER, V>) -> V {
+    let mut sums = [V::splat(0.0); 2];
+    for (i, (light, kernel)) in light.coefficients().iter().zip(kernel.coefficients()).enumerate() {
+        sums[i % 2] = kernel.mul_add(V::splat(*light), sums[i % 2]);
+    }
+    sums[0] + sums[1]
+}

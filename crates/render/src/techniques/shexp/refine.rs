@@ -1,0 +1,276 @@
+//! Where light with visibility is worked out, and where it is taken from neighbours: from coarse to fine.
+//!
+//! Points are first solved at every `stride`th pixel of every `stride`th row. The pixels of each cell between them are
+//! shaded from the cell's corners ([`super::between`]) where these are on the same surface and agree. What stays open is
+//! tried again at half the stride, with the points that this adds, down to single pixels: shadows at contacts and the
+//! edges of things are worked out one by one, smooth ones almost never. Results do not depend on the number of threads.
+
+use glam::Vec3;
+use halflight_scene::Frame;
+use halflight_sh::Sh;
+use rayon::prelude::*;
+
+use super::between::{Cell, Corner};
+use super::settings::ShexpSettings;
+use super::shade::{Kernels, unshadowed};
+use super::solve::{Receiver, Scratch, Solver};
+use crate::gbuffer::{GBuffer, Visible, VisiblePoint};
+use crate::looks::Stages;
+use crate::sh_light::Colors;
+
+/// Points along the side of a tile whose points are solved together, and pixels at least.
+const TILE_POINTS: usize = 8;
+const TILE_PIXELS: usize = 32;
+/// Points that make a group of neighbours worth its overhead.
+const GROUP: usize = 32;
+/// Rows of cells of the first stride in a piece of work.
+const BAND: usize = 4;
+/// No light is known at a pixel.
+const NONE: u32 = u32::MAX;
+
+/// A picture that is being worked out.
+pub(super) struct Refinement<'a, const ORDER: usize> {
+    solver: &'a Solver<'a, ORDER>,
+    view: &'a GBuffer,
+    kernels: Kernels<ORDER>,
+    /// By how much the irradiances that surround a pixel may differ.
+    tolerance: f32,
+    /// Pixel by pixel, the place of its light, or [`NONE`].
+    slots: Vec<u32>,
+    lights: Vec<Colors<ORDER>>,
+    radiance: Vec<Vec3>,
+    /// Pixel by pixel, whether it is still to be shaded.
+    open: Vec<bool>,
+}
+
+/// The radiance of every pixel, and for how many of them light was worked out.
+pub(super) fn shade<const ORDER: usize>(
+    solver: &Solver<ORDER>,
+    view: &GBuffer,
+    frame: &Frame,
+    settings: &ShexpSettings,
+    stages: &mut Stages,
+) -> (Vec<Vec3>, usize) {
+    let pixels = view.width * view.height;
+    let mut refinement = Refinement {
+        solver,
+        view,
+        kernels: Kernels::new(),
+        tolerance: settings.tolerance * unshadowed(solver.light),
+        slots: vec![NONE; pixels],
+        lights: Vec::new(),
+        radiance: vec![Vec3::ZERO; pixels],
+        open: vec![true; pixels],
+    };
+    stages.time("pixels", || refinement.look_past(frame));
+    let mut stride = first_stride(settings.stride);
+    loop {
+        stages.time("points", || refinement.solve(stride));
+        stages.time("pixels", || refinement.interpolate(stride));
+        if stride == 1 {
+            return (refinement.radiance, refinement.lights.len());
+        }
+        stride /= 2;
+    }
+}
+
+/// The power of two at or below a setting.
+fn first_stride(setting: u32) -> usize {
+    1 << setting.max(1).ilog2()
+}
+
+impl<const ORDER: usize> Refinement<'_, ORDER> {
+    /// Pixels in which nothing is.
+    fn look_past(&mut self, frame: &Frame) {
+        let pixels = self.view.pixels.par_iter().with_min_len(4096);
+        pixels.zip(&mut self.radiance).zip(&mut self.open).for_each(|((visible, radiance), open)| {
+            if let Visible::Nothing(direction) = visible {
+                (*radiance, *open) = (frame.lights.escaped(*direction), false);
+            }
+        });
+    }
+
+    /// Works out the light at the corners of all cells that have open pixels.
+    fn solve(&mut self, stride: usize) {
+        let (places, groups) = self.wanted(stride);
+        let first = self.lights.len();
+        self.lights.resize(first + places.len(), [Sh::zero(); 3]);
+        let mut rest = &mut self.lights[first..];
+        let mut work = Vec::with_capacity(groups.len());
+        let mut begin = 0;
+        for end in groups {
+            let (lights, others) = rest.split_at_mut(end - begin);
+            work.push((&places[begin..end], lights));
+            (rest, begin) = (others, end);
+        }
+        let (solver, view) = (self.solver, self.view);
+        work.into_par_iter().for_each_init(
+            || (Scratch::default(), Vec::new()),
+            |(scratch, receivers), (places, lights)| {
+                receivers.clear();
+                receivers.extend(places.iter().filter_map(|&place| {
+                    let Visible::Point(point) = &view.pixels[place as usize] else { return None };
+                    Some(receiver(solver, point))
+                }));
+                solver.solve(receivers, scratch, lights);
+            },
+        );
+    }
+
+    /// Pixels whose light is wanted and not known yet, which get their slots, and where each group of neighbours ends.
+    fn wanted(&mut self, stride: usize) -> (Vec<u32>, Vec<usize>) {
+        let (width, height) = (self.view.width, self.view.height);
+        let tile = (TILE_POINTS * stride).max(TILE_PIXELS);
+        let (mut places, mut groups) = (Vec::new(), Vec::new());
+        let first = self.lights.len();
+        for top in (0..height).step_by(tile) {
+            for left in (0..width).step_by(tile) {
+                for y in (top..(top + tile).min(height)).step_by(stride) {
+                    for x in (left..(left + tile).min(width)).step_by(stride) {
+                        let cell = self.cell(x, y, stride);
+                        if !cell.rows(width).any(|row| self.open[row].contains(&true)) {
+                            continue;
+                        }
+                        for place in cell.corners(width) {
+                            let seen = matches!(self.view.pixels[place], Visible::Point(_));
+                            if seen && self.slots[place] == NONE {
+                                self.slots[place] = (first + places.len()) as u32;
+                                places.push(place as u32);
+                            }
+                        }
+                    }
+                }
+                if places.len() - groups.last().unwrap_or(&0) >= GROUP {
+                    groups.push(places.len());
+                }
+            }
+            if places.len() > *groups.last().unwrap_or(&0) {
+                groups.push(places.len());
+            }
+        }
+        (places, groups)
+    }
+
+    fn cell(&self, x: usize, y: usize, stride: usize) -> Square {
+        Square {
+            left: x,
+            top: y,
+            right: (x + stride).min(self.view.width - 1),
+            bottom: (y + stride).min(self.view.height - 1),
+            columns: stride.min(self.view.width - x),
+            rows: stride.min(self.view.height - y),
+        }
+    }
+
+    /// Shades the open pixels that the corners of their cells tell enough of; at a stride of 1 all.
+    fn interpolate(&mut self, stride: usize) {
+        let width = self.view.width;
+        let mut radiance = std::mem::take(&mut self.radiance);
+        let mut open = std::mem::take(&mut self.open);
+        let rows = BAND * stride.max(8);
+        let bands = radiance.par_chunks_mut(width * rows).zip(open.par_chunks_mut(width * rows));
+        bands.enumerate().for_each(|(band, (radiance, open))| {
+            let first = band * rows * width;
+            let height = open.len() / width;
+            for y in (0..height).step_by(stride) {
+                for x in (0..width).step_by(stride) {
+                    let square = self.cell(x, band * rows + y, stride);
+                    let is_open = |mut row: std::ops::Range<usize>| {
+                        (row.start, row.end) = (row.start - first, row.end - first);
+                        open[row].contains(&true)
+                    };
+                    if square.rows(width).any(is_open) {
+                        self.shade_cell(&square, first, radiance, open);
+                    }
+                }
+            }
+        });
+        (self.radiance, self.open) = (radiance, open);
+    }
+
+    /// Shades what can be shaded of one cell; `radiance` and `open` begin with pixel number `first`.
+    fn shade_cell(&self, square: &Square, first: usize, radiance: &mut [Vec3], open: &mut [bool]) {
+        let width = self.view.width;
+        if square.columns == 1 && square.rows == 1 {
+            let place = square.top * width + square.left;
+            if let (Visible::Point(point), Some(light)) = (&self.view.pixels[place], self.light(place)) {
+                radiance[place - first] = self.kernels.reflected(point, light);
+                open[place - first] = false;
+            }
+            return;
+        }
+        let corners =
+            square.corners(width).map(|place| match (&self.view.pixels[place], self.light(place)) {
+                (Visible::Point(point), Some(light)) => Some(Corner { point, light }),
+                _ => None,
+            });
+        if corners.iter().all(Option::is_none) {
+            return;
+        }
+        let mut cell = Cell::new(self.solver.simd, &self.kernels, corners, self.tolerance);
+        for row in square.rows(width) {
+            let y = (row.start / width - square.top) as f32 / (square.bottom - square.top).max(1) as f32;
+            for place in row.clone() {
+                if !open[place - first] {
+                    continue;
+                }
+                let Visible::Point(point) = &self.view.pixels[place] else { continue };
+                let x = (place - row.start) as f32 / (square.right - square.left).max(1) as f32;
+                if cell.push(point, place, [x, y]) {
+                    cell.shade(|place, found| {
+                        (radiance[place - first], open[place - first]) = (found, false);
+                    });
+                }
+            }
+        }
+        cell.shade(|place, found| (radiance[place - first], open[place - first]) = (found, false));
+    }
+
+    fn light(&self, place: usize) -> Option<&Colors<ORDER>> {
+        self.lights.get(self.slots[place] as usize)
+    }
+}
+
+/// A cell: its pixels, and the pixels at its corners, of which those to the right and below belong to the next ones.
+struct Square {
+    left: usize,
+    top: usize,
+    /// Where the farther corners are; held within the picture.
+    right: usize,
+    bottom: usize,
+    /// Pixels of its own.
+    columns: usize,
+    rows: usize,
+}
+
+impl Square {
+    /// Upper left, upper right, lower left, lower right.
+    fn corners(&self, width: usize) -> [usize; 4] {
+        if self.columns == 1 && self.rows == 1 && self.right <= self.left + 1 && self.bottom <= self.top + 1 {
+            // A single pixel needs no neighbours.
+            return [self.top * width + self.left; 4];
+        }
+        let at = |x: usize, y: usize| y * width + x;
+        [
+            at(self.left, self.top),
+            at(self.right, self.top),
+            at(self.left, self.bottom),
+            at(self.right, self.bottom),
+        ]
+    }
+
+    /// The places of its pixels, row by row.
+    fn rows(&self, width: usize) -> impl Iterator<Item = std::ops::Range<usize>> {
+        let (left, columns) = (self.left, self.columns);
+        (self.top..self.top + self.rows).map(move |y| y * width + left..y * width + left + columns)
+    }
+}
+
+fn receiver<const ORDER: usize>(solver: &Solver<ORDER>, point: &VisiblePoint) -> Receiver {
+    Receiver {
+        position: point.position,
+        normal: point.geometric_normal,
+        owner: solver.blockers.owner(&point.hit),
+        instance: point.hit.instance,
+    }
+}
