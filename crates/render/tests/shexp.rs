@@ -3,7 +3,9 @@
 #![allow(clippy::unwrap_used)]
 
 use halflight_render::techniques::path::{Path, PathSettings};
-use halflight_render::techniques::shexp::{Shexp, ShexpSettings};
+use halflight_render::techniques::shexp::{
+    BlockerLog, Composition, ExponentialKind, GlossyForm, Shexp, ShexpSettings,
+};
 use halflight_render::{Budget, Film, Quiet, RenderReport, Technique};
 use halflight_scene::{LoadOptions, Scene};
 
@@ -48,8 +50,7 @@ transform = { scale = 0.6, translate = [1, 0.8, -0.2] }
 "#;
 
 /// Fitting is most of the time of a test, and a box needs no more.
-const FEW_SPHERES: ShexpSettings =
-    ShexpSettings { order: 4, spheres: 8, stride: 4, tolerance: 0.03, attenuation: true };
+const FEW_SPHERES: ShexpSettings = ShexpSettings { spheres: 8, ..ShexpSettings::DEFAULT };
 
 fn scene(text: &str) -> Scene {
     let folder = tempfile::tempdir().unwrap();
@@ -98,6 +99,58 @@ fn shading_between_the_points_of_a_lattice_changes_less_than_one_step_of_a_scree
             every.iter().zip(&between).map(|(a, b)| (a - b).abs()).sum::<f64>() / every.len() as f64;
         println!("stride {stride}: {:.2} steps", 255.0 * changed / white);
         assert!(changed < white / 255.0, "stride {stride}: {changed} of {white}");
+    }
+}
+
+/// Mean difference of two pictures, in parts of the mean of the first.
+fn difference(a: &[f64], b: &[f64]) -> f64 {
+    let sum = a.iter().zip(b).map(|(a, b)| (a - b).abs()).sum::<f64>();
+    sum / a.iter().sum::<f64>()
+}
+
+#[test]
+fn the_ways_to_work_out_the_same_picture_agree() {
+    let scene = scene(SCENE);
+    let with = |settings: ShexpSettings| pixels(&render(&scene, Shexp::new(settings), 1).0);
+    let default = with(FEW_SPHERES);
+    let ways = [
+        // The lobes of the scene have the exponent 3: logarithms are added unless told otherwise.
+        ("triple product", 0.01, ShexpSettings { glossy: GlossyForm::TripleProduct, ..FEW_SPHERES }),
+        ("sum of logarithms", 0.06, ShexpSettings { composition: Composition::Logarithms, ..FEW_SPHERES }),
+        ("closed form", 0.03, ShexpSettings { blocker: BlockerLog::ClosedForm, ..FEW_SPHERES }),
+        (
+            "closed form by angle",
+            0.02,
+            ShexpSettings { blocker: BlockerLog::ClosedFormByAngle, ..FEW_SPHERES },
+        ),
+        ("exact exponential", 0.02, ShexpSettings { exponential: ExponentialKind::Exact, ..FEW_SPHERES }),
+        ("hybrid exponential", 0.02, ShexpSettings { exponential: ExponentialKind::Hybrid, ..FEW_SPHERES }),
+        ("unclamped", 1e-3, ShexpSettings { clamp: false, ..FEW_SPHERES }),
+    ];
+    for (name, most, settings) in ways {
+        let changed = difference(&default, &with(settings));
+        println!("{name}: {:.2} %", 100.0 * changed);
+        assert!(changed < most, "{name}: {changed}");
+    }
+}
+
+#[test]
+fn groups_of_spheres_seen_from_afar_may_stand_for_them() {
+    let mut balls = String::new();
+    for i in 0..600 {
+        let at = |step: f32| (i as f32 * step).fract();
+        balls +=
+            &format!("[{}, {}, {}, 0.03],", 4.0 * at(0.618) - 2.0, 0.3 + at(0.414), 4.0 * at(0.732) - 2.0);
+    }
+    let text = SCENE.replace("[[-0.9, 0.9, 0.3, 0.5], [0.1, 0.8, 0.9, 0.25]]", &format!("[{balls}]"));
+    let scene = scene(&text);
+    let with_cut =
+        |cut_degrees| pixels(&render(&scene, Shexp::new(ShexpSettings { cut_degrees, ..FEW_SPHERES }), 1).0);
+    let all = with_cut(0.0);
+    for (cut, most) in [(2.0, 0.002), (8.0, 0.01)] {
+        let changed = difference(&all, &with_cut(cut));
+        println!("{cut} degrees: {:.3} %", 100.0 * changed);
+        assert!(changed < most, "{cut} degrees: {changed}");
     }
 }
 

@@ -128,11 +128,23 @@ impl SphereTree {
     /// Visits the blockers that stand for all spheres as seen from `point`: each is the first on its branch whose
     /// bounding ball is seen under a half-angle of at most asin(`sin_half_angle`), or a sphere. 0 visits all spheres.
     #[inline]
-    pub fn cut(&self, point: Vec3, sin_half_angle: f32, mut visit: impl FnMut(&SphereTreeNode)) {
+    pub fn cut(&self, point: Vec3, sin_half_angle: f32, visit: impl FnMut(&SphereTreeNode)) {
+        self.cut_around(point, 0.0, sin_half_angle, visit);
+    }
+
+    /// [`SphereTree::cut`] for all points of a ball: what is visited is seen under no more from any of them.
+    #[inline]
+    pub fn cut_around(
+        &self,
+        middle: Vec3,
+        radius: f32,
+        sin_half_angle: f32,
+        mut visit: impl FnMut(&SphereTreeNode),
+    ) {
         let mut index = 0;
         while let Some(node) = self.nodes.get(index) {
-            let reach = sin_half_angle * sin_half_angle * point.distance_squared(node.bound_center);
-            if node.sphere.is_some() || node.bound_radius * node.bound_radius <= reach {
+            let nearest = (middle.distance(node.bound_center) - radius).max(0.0);
+            if node.sphere.is_some() || node.bound_radius <= sin_half_angle * nearest {
                 visit(node);
                 index = node.end as usize;
             } else {

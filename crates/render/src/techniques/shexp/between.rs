@@ -4,11 +4,14 @@
 //! close to the tangent plane. A pixel is shaded if the corners that count carry enough weight, and if the irradiances
 //! that they give *for the pixel's own normal* differ by no more than the tolerance; otherwise it stays open.
 
+use std::f32::consts::PI;
+
 use glam::Vec3;
 use halflight_sh::batch::{Lanes, WIDTH};
-use halflight_sh::{Kernel, Lane, Sh, Simd, Zh};
+use halflight_sh::{Kernel, Lane, Sh, Simd, Zh, batch};
 
 use super::shade::Kernels;
+use super::solve::LogLight;
 use crate::gbuffer::VisiblePoint;
 use crate::sh_light::{Colors, axes};
 
@@ -24,6 +27,8 @@ const ENOUGH: f32 = 0.4;
 pub(super) struct Corner<'a, const ORDER: usize> {
     pub(super) point: &'a VisiblePoint,
     pub(super) light: &'a Colors<ORDER>,
+    /// The same in two parts, where lobes may be added as logarithms.
+    pub(super) apart: Option<&'a LogLight<ORDER>>,
 }
 
 /// Four corners (upper left, upper right, lower left, lower right) and pixels between them that wait to be shaded.
@@ -53,11 +58,22 @@ struct PixelLanes {
 
 /// What comes out: integrals of the light with the cosine, and with lobe and cosine, negative weight where corners do not
 /// tell.
-#[derive(Default)]
-struct Found {
+struct Found<const ORDER: usize> {
     weight: Lanes,
     irradiance: [Lanes; 3],
     gathered: [Lanes; 3],
+    /// For lobes that are added as logarithms: the sum of them all, and the light.
+    log: Sh<ORDER, Lanes>,
+    lit: [Sh<ORDER, Lanes>; 3],
+}
+
+/// What is to be integrated besides the cosine.
+enum Lobe<const ORDER: usize> {
+    Nothing,
+    /// A lobe, whose product with the cosine it is.
+    Product(Zh<ORDER>),
+    /// The logarithms of a lobe and of the cosine.
+    Logarithms([Zh<ORDER>; 2]),
 }
 
 impl<'a, const ORDER: usize> Cell<'a, ORDER> {
@@ -110,7 +126,7 @@ impl<'a, const ORDER: usize> Cell<'a, ORDER> {
         // One exponent at a time: mostly there is only one, or none.
         for first in 0..points.len() {
             let Some(exponent) = glossy(points[first]).filter(|_| !done[first]) else { continue };
-            let found = self.run(Some(exponent));
+            let found = self.run(points[first]);
             for i in first..points.len() {
                 if glossy(points[i]) == Some(exponent) {
                     done[i] = true;
@@ -130,17 +146,39 @@ impl<'a, const ORDER: usize> Cell<'a, ORDER> {
         self.count = 0;
     }
 
-    fn run(&self, exponent: Option<f32>) -> Found {
-        let mut found = Found::default();
-        let lobe = exponent.map(|exponent| self.kernels.lobe(exponent));
-        self.simd.run(Between { cell: self, lobe, found: &mut found });
+    fn run(&self, first: Option<&VisiblePoint>) -> Found<ORDER> {
+        let zero = Sh::constant(0.0).map(Lanes::splat);
+        let mut found = Found {
+            weight: Lanes::default(),
+            irradiance: Default::default(),
+            gathered: Default::default(),
+            log: zero,
+            lit: [zero; 3],
+        };
+        let lobe = match first {
+            None => Lobe::Nothing,
+            Some(point) if self.kernels.by_logarithms(point) => {
+                Lobe::Logarithms(self.kernels.log_lobe(point.material.exponent))
+            }
+            Some(point) => Lobe::Product(self.kernels.lobe(point.material.exponent)),
+        };
+        self.simd.run(Between { cell: self, lobe: &lobe, found: &mut found });
+        if let Lobe::Logarithms(_) = lobe {
+            let mut joined = [zero];
+            batch::exponential(self.simd, self.kernels.exponential, &[found.log], &mut joined);
+            for (gathered, lit) in found.gathered.iter_mut().zip(&found.lit) {
+                let mut integral = [Lanes::default()];
+                batch::dot(self.simd, &joined, std::slice::from_ref(lit), &mut integral);
+                *gathered = Lanes(integral[0].0.map(|integral| PI * integral));
+            }
+        }
         found
     }
 
-    fn give(&self, i: usize, found: &Found, take: &mut impl FnMut(usize, Vec3)) {
+    fn give(&self, i: usize, found: &Found<ORDER>, take: &mut impl FnMut(usize, Vec3)) {
         let Some(point) = self.points[i].filter(|_| found.weight.0[i] > 0.0) else { return };
         let of = |lanes: &[Lanes; 3]| Vec3::new(lanes[0].0[i], lanes[1].0[i], lanes[2].0[i]);
-        take(self.places[i], Kernels::<ORDER>::radiance(point, of(&found.irradiance), of(&found.gathered)));
+        take(self.places[i], self.kernels.radiance(point, of(&found.irradiance), of(&found.gathered)));
     }
 }
 
@@ -157,8 +195,8 @@ pub(super) fn mirrored(point: &VisiblePoint) -> Vec3 {
 
 struct Between<'a, 'b, const ORDER: usize> {
     cell: &'b Cell<'a, ORDER>,
-    lobe: Option<Zh<ORDER>>,
-    found: &'b mut Found,
+    lobe: &'b Lobe<ORDER>,
+    found: &'b mut Found<ORDER>,
 }
 
 impl<const ORDER: usize> Kernel for Between<'_, '_, ORDER> {
@@ -173,14 +211,15 @@ impl<const ORDER: usize> Kernel for Between<'_, '_, ORDER> {
             let instance = V::load(&lanes.instance.0[part..]);
             let (x, y) = (V::load(&lanes.fraction[0].0[part..]), V::load(&lanes.fraction[1].0[part..]));
             let cosine = turned::<ORDER, V>(&kernels.cosine, normal);
-            let lobe = match &self.lobe {
-                Some(lobe) => {
+            let lobe = match self.lobe {
+                Lobe::Product(lobe) => {
                     turned::<ORDER, V>(lobe, load::<V>(&lanes.mirrored, part)).product_inlined(&cosine)
                 }
-                None => Sh::zero(),
+                _ => Sh::zero(),
             };
             let mut weights = zero;
             let (mut sum, mut gathered) = ([zero; 3], [zero; 3]);
+            let mut shares = [zero; 4];
             let (mut least, mut most) = ([V::splat(f32::MAX); 3], [V::splat(-f32::MAX); 3]);
             for (number, corner) in self.cell.corners.iter().enumerate() {
                 let Some(corner) = corner else { continue };
@@ -194,13 +233,14 @@ impl<const ORDER: usize> Kernel for Between<'_, '_, ORDER> {
                     least[color] = V::select(counts, least[color].min(irradiance), least[color]);
                     most[color] = V::select(counts, most[color].max(irradiance), most[color]);
                 }
-                if self.lobe.is_some() {
+                if let Lobe::Product(_) = self.lobe {
                     for color in 0..3 {
                         gathered[color] =
                             weight.mul_add(integral(&corner.light[color], &lobe), gathered[color]);
                     }
                 }
                 weights = weights + weight;
+                shares[number] = weight;
             }
             let spread = (most[0] - least[0]) + (most[1] - least[1]) + (most[2] - least[2]);
             let enough = V::select(weights.gt(V::splat(ENOUGH)), one, V::splat(-1.0));
@@ -211,7 +251,39 @@ impl<const ORDER: usize> Kernel for Between<'_, '_, ORDER> {
                 (sum[color] * scale).store(&mut self.found.irradiance[color].0[part..]);
                 (gathered[color] * scale).store(&mut self.found.gathered[color].0[part..]);
             }
+            if let Lobe::Logarithms([lobe, cosine]) = self.lobe {
+                let mut log = turned::<ORDER, V>(lobe, load::<V>(&lanes.mirrored, part));
+                log += turned::<ORDER, V>(cosine, normal);
+                let mut lit = [Sh::<ORDER, V>::zero(); 3];
+                for (corner, share) in self.cell.corners.iter().zip(shares) {
+                    let Some(apart) = corner.and_then(|corner| corner.apart) else { continue };
+                    let share = share * scale;
+                    add(&mut log, share, &apart.log);
+                    for color in 0..3 {
+                        add(&mut lit[color], share, &apart.lit[color]);
+                    }
+                }
+                store(&log, &mut self.found.log, part);
+                for color in 0..3 {
+                    store(&lit[color], &mut self.found.lit[color], part);
+                }
+            }
         }
+    }
+}
+
+/// Adds shares of one vector.
+#[inline(always)]
+fn add<const ORDER: usize, V: Lane>(sum: &mut Sh<ORDER, V>, share: V, sh: &Sh<ORDER>) {
+    for (sum, value) in sum.coefficients_mut().iter_mut().zip(sh.coefficients()) {
+        *sum = share.mul_add(V::splat(*value), *sum);
+    }
+}
+
+#[inline(always)]
+fn store<const ORDER: usize, V: Lane>(sh: &Sh<ORDER, V>, to: &mut Sh<ORDER, Lanes>, part: usize) {
+    for (value, lanes) in sh.coefficients().iter().zip(to.coefficients_mut()) {
+        value.store(&mut lanes.0[part..]);
     }
 }
 

@@ -1,12 +1,10 @@
 //! The spheres that block light: those that are in the scene, and those that stand for its meshes.
 
-use std::ops::Range;
-
 use glam::{Affine3A, Vec3};
 use halflight_scene::{Frame, Scene};
 use halflight_sh::attenuation::Cap;
 use halflight_sh::batch::SphereBlocker;
-use halflight_shape::{SphereFitOptions, SphereSet};
+use halflight_shape::{SphereFitOptions, SphereSet, SphereTree};
 use halflight_trace::{Geometry, Hit};
 use rayon::prelude::*;
 
@@ -26,6 +24,11 @@ pub(super) const BODY_EPSILON: f64 = 0.1;
 /// Of larger objects it is that of the first frame.
 const MOST_LIVE: usize = 1024;
 
+/// So few spheres are not worth a walk through their tree.
+const FEW: usize = 64;
+/// The owner of a sphere that stands for several, which no point has.
+const NOBODY: f32 = -4.0;
+
 /// What stands for an object of the scene.
 struct Body {
     object: usize,
@@ -33,12 +36,20 @@ struct Body {
     multiplicities: Vec<f32>,
 }
 
+/// An object that is spheres already.
+struct Scattered {
+    object: usize,
+    multiplicities: Vec<f32>,
+    /// Over the spheres where they were at first; posed anew in every frame.
+    tree: SphereTree,
+}
+
 /// What outlives a frame: the fitted sets, and how much the spheres of each object overlap.
 #[derive(Default)]
 pub(super) struct Bodies {
     bodies: Vec<Body>,
-    /// Of the objects that are spheres already: object and multiplicities.
-    spheres: Vec<(usize, Vec<f32>)>,
+    /// Of the objects that are spheres already.
+    spheres: Vec<Scattered>,
     /// Names of objects that throw no shadow, and why.
     pub(super) without: Vec<String>,
 }
@@ -49,13 +60,52 @@ pub(super) struct Blockers {
     /// taken for a union (see [`BODY_EPSILON`]).
     pub(super) bodies: Vec<SphereBlocker>,
     /// Spheres of the scene itself, whose overlap is in part by chance: weighed at each point.
-    pub(super) scattered: Vec<SphereBlocker>,
-    /// m_b of the scattered ones.
-    pub(super) multiplicities: Vec<f32>,
-    /// The scattered ones of each object.
-    pub(super) groups: Vec<Range<usize>>,
+    pub(super) groups: Vec<Group>,
     /// For each instance of the world the owner of its first primitive, and whether primitives are counted on.
     owners: Vec<(f32, bool)>,
+}
+
+/// The scattered spheres of an object.
+pub(super) struct Group {
+    spheres: Vec<SphereBlocker>,
+    /// m_b of each.
+    multiplicities: Vec<f32>,
+    /// In the frame of the harmonics.
+    tree: SphereTree,
+}
+
+impl Group {
+    /// Adds the spheres, or single ones for groups of them that are seen from everywhere in a ball under a sine of at most
+    /// `cut`; and how much each overlaps with others.
+    pub(super) fn choose(
+        &self,
+        (middle, around): (Vec3, f32),
+        cut: f32,
+        spheres: &mut Vec<SphereBlocker>,
+        multiplicities: &mut Vec<f32>,
+    ) {
+        if cut <= 0.0 || self.spheres.len() <= FEW {
+            spheres.extend_from_slice(&self.spheres);
+            multiplicities.extend_from_slice(&self.multiplicities);
+            return;
+        }
+        self.tree.cut_around(axes(middle).into(), around, cut, |node| match node.sphere {
+            Some(sphere) => {
+                spheres.push(self.spheres[sphere as usize]);
+                multiplicities.push(self.multiplicities[sphere as usize]);
+            }
+            None => {
+                // The overlap within is in its radius already.
+                spheres.push(SphereBlocker {
+                    center: node.center.into(),
+                    radius: node.radius,
+                    weight: 1.0,
+                    owner: NOBODY,
+                });
+                multiplicities.push(1.0);
+            }
+        });
+    }
 }
 
 impl Bodies {
@@ -99,7 +149,13 @@ impl Bodies {
             {
                 let spheres: Vec<(Vec3, f32)> =
                     tracer.spheres().iter().map(|s| (s.center, s.radius)).collect();
-                self.spheres.push((posed.object, multiplicities(&spheres, Overlap::Crossing)));
+                let (centers, radii) = spheres.iter().copied().unzip();
+                let set = SphereSet { centers, radii, ..SphereSet::default() };
+                self.spheres.push(Scattered {
+                    object: posed.object,
+                    multiplicities: multiplicities(&spheres, Overlap::Crossing),
+                    tree: SphereTree::build(&set),
+                });
             }
         }
     }
@@ -108,8 +164,6 @@ impl Bodies {
     pub(super) fn pose(&self, frame: &Frame, attenuation: bool) -> Blockers {
         let mut blockers = Blockers {
             bodies: Vec::new(),
-            scattered: Vec::new(),
-            multiplicities: Vec::new(),
             groups: Vec::new(),
             owners: vec![(-1.0, false); frame.world.instances().len()],
         };
@@ -128,26 +182,30 @@ impl Bodies {
                     blockers.owners[instance as usize] = (owner, false);
                 }
                 owner += 1.0;
-            } else if let Some((_, multiplicities)) =
-                self.spheres.iter().find(|(object, _)| *object == posed.object)
-            {
+            } else if let Some(known) = self.spheres.iter().find(|known| known.object == posed.object) {
                 for instance in posed.instances.clone() {
                     let shown = &frame.world.instances()[instance as usize];
                     let Geometry::Spheres(tracer) = shown.geometry.as_ref() else { continue };
                     blockers.owners[instance as usize] = (owner, true);
-                    let first = blockers.scattered.len();
                     let spheres: Vec<(Vec3, f32)> =
                         tracer.spheres().iter().map(|s| (s.center, s.radius)).collect();
+                    let mut group = Group {
+                        spheres: Vec::with_capacity(spheres.len()),
+                        multiplicities: if spheres.len() <= MOST_LIVE {
+                            multiplicities(&spheres, Overlap::Crossing)
+                        } else {
+                            known.multiplicities.clone()
+                        },
+                        tree: known.tree.clone(),
+                    };
                     for &sphere in &spheres {
-                        blockers.scattered.push(blocker(&shown.transform.open, sphere, owner, 1.0));
+                        group.spheres.push(blocker(&shown.transform.open, sphere, owner, 1.0));
                         owner += 1.0;
                     }
-                    blockers.groups.push(first..blockers.scattered.len());
-                    if spheres.len() <= MOST_LIVE {
-                        blockers.multiplicities.extend(self::multiplicities(&spheres, Overlap::Crossing));
-                    } else {
-                        blockers.multiplicities.extend(multiplicities);
-                    }
+                    let centers: Vec<Vec3> = group.spheres.iter().map(|s| s.center.into()).collect();
+                    let radii: Vec<f32> = group.spheres.iter().map(|s| s.radius).collect();
+                    group.tree.pose(&centers, &radii);
+                    blockers.groups.push(group);
                 }
             }
         }
@@ -163,7 +221,7 @@ fn blocker(place: &Affine3A, (center, radius): (Vec3, f32), owner: f32, weight: 
 impl Blockers {
     /// How many spheres there are.
     pub(super) fn len(&self) -> usize {
-        self.bodies.len() + self.scattered.len()
+        self.bodies.len() + self.groups.iter().map(|group| group.spheres.len()).sum::<usize>()
     }
 
     /// The body that a hit belongs to; negative for none.

@@ -31,7 +31,7 @@ use halflight_scene::{Frame, Scene};
 use halflight_sh::{BlockerTable, ClosedForm, Simd};
 use halflight_trace::{Geometry, Instance};
 
-pub use settings::ShexpSettings;
+pub use settings::{BlockerLog, Composition, ExponentialKind, GlossyForm, ShexpSettings};
 
 use crate::film::Film;
 use crate::looks::{Stages, add_looks};
@@ -113,11 +113,11 @@ impl Technique for Shexp {
 }
 
 impl<const ORDER: usize> Prepared<ORDER> {
-    fn tables(&self) -> Arc<Tables<ORDER>> {
+    fn tables(&self, settings: &ShexpSettings) -> Arc<Tables<ORDER>> {
         let mut tables = self.tables.lock().unwrap_or_else(PoisonError::into_inner);
         let make = || {
             Arc::new(Tables {
-                single: BlockerTable::new(),
+                single: settings.closed_form().map_or_else(BlockerTable::new, BlockerTable::closed_form),
                 body: BlockerTable::closed_form(ClosedForm::Fixed { epsilon: BODY_EPSILON }),
                 wedges: WedgeTable::new(),
             })
@@ -158,7 +158,7 @@ impl Shexp {
                 "it has no environment, and this technique shades by nothing else (give it one, or use path)";
             return Err(TechniqueError { technique: NAME, reason: reason.into() });
         };
-        let tables = prepared.tables();
+        let tables = prepared.tables(&self.settings);
         let mut stages = Stages::default();
         let blockers = stages.time("spheres", || self.bodies.pose(frame, self.settings.attenuation));
         let fields = stages.time("heights", || fields(frame));
@@ -171,6 +171,9 @@ impl Shexp {
             plates: &plates,
             light: &light.radiance,
             attenuation: self.settings.attenuation,
+            composition: self.settings.composition,
+            exponential: self.settings.exponential(),
+            cut: self.settings.cut_degrees.to_radians().sin(),
         };
         let mut report =
             RenderReport { notes: self.notes(&light, blockers.len()), ..RenderReport::default() };

@@ -5,6 +5,8 @@
 //! tried again at half the stride, with the points that this adds, down to single pixels: shadows at contacts and the
 //! edges of things are worked out one by one, smooth ones almost never. Results do not depend on the number of threads.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use glam::Vec3;
 use halflight_scene::Frame;
 use halflight_sh::Sh;
@@ -13,7 +15,7 @@ use rayon::prelude::*;
 use super::between::{Cell, Corner};
 use super::settings::ShexpSettings;
 use super::shade::{Kernels, unshadowed};
-use super::solve::{Receiver, Scratch, Solver};
+use super::solve::{LogLight, Receiver, Scratch, Solver};
 use crate::gbuffer::{GBuffer, Visible, VisiblePoint};
 use crate::looks::Stages;
 use crate::sh_light::Colors;
@@ -38,6 +40,9 @@ pub(super) struct Refinement<'a, const ORDER: usize> {
     /// Pixel by pixel, the place of its light, or [`NONE`].
     slots: Vec<u32>,
     lights: Vec<Colors<ORDER>>,
+    /// The same in two parts, if a pixel adds lobes as logarithms; else empty.
+    apart: Vec<LogLight<ORDER>>,
+    with_logarithms: bool,
     radiance: Vec<Vec3>,
     /// Pixel by pixel, whether it is still to be shaded.
     open: Vec<bool>,
@@ -55,10 +60,12 @@ pub(super) fn shade<const ORDER: usize>(
     let mut refinement = Refinement {
         solver,
         view,
-        kernels: Kernels::new(),
+        kernels: Kernels::new(settings),
         tolerance: settings.tolerance * unshadowed(solver.light),
         slots: vec![NONE; pixels],
         lights: Vec::new(),
+        apart: Vec::new(),
+        with_logarithms: false,
         radiance: vec![Vec3::ZERO; pixels],
         open: vec![true; pixels],
     };
@@ -80,14 +87,19 @@ fn first_stride(setting: u32) -> usize {
 }
 
 impl<const ORDER: usize> Refinement<'_, ORDER> {
-    /// Pixels in which nothing is.
+    /// Pixels in which nothing is; and whether any of the others adds its lobe as a logarithm.
     fn look_past(&mut self, frame: &Frame) {
+        let any = AtomicBool::new(false);
+        let kernels = &self.kernels;
         let pixels = self.view.pixels.par_iter().with_min_len(4096);
         pixels.zip(&mut self.radiance).zip(&mut self.open).for_each(|((visible, radiance), open)| {
-            if let Visible::Nothing(direction) = visible {
-                (*radiance, *open) = (frame.lights.escaped(*direction), false);
+            match visible {
+                Visible::Nothing(direction) => (*radiance, *open) = (frame.lights.escaped(*direction), false),
+                Visible::Point(point) if kernels.by_logarithms(point) => any.store(true, Ordering::Relaxed),
+                Visible::Point(_) => {}
             }
         });
+        self.with_logarithms = any.into_inner();
     }
 
     /// Works out the light at the corners of all cells that have open pixels.
@@ -95,24 +107,28 @@ impl<const ORDER: usize> Refinement<'_, ORDER> {
         let (places, groups) = self.wanted(stride);
         let first = self.lights.len();
         self.lights.resize(first + places.len(), [Sh::zero(); 3]);
-        let mut rest = &mut self.lights[first..];
+        let parts = if self.with_logarithms { self.lights.len() } else { 0 };
+        self.apart.resize(parts, LogLight::default());
+        let mut rest = (&mut self.lights[first..], self.apart.get_mut(first..).unwrap_or_default());
         let mut work = Vec::with_capacity(groups.len());
         let mut begin = 0;
         for end in groups {
-            let (lights, others) = rest.split_at_mut(end - begin);
-            work.push((&places[begin..end], lights));
-            (rest, begin) = (others, end);
+            let (lights, others) = rest.0.split_at_mut(end - begin);
+            let (apart, other_parts) = rest.1.split_at_mut((end - begin).min(rest.1.len()));
+            work.push((&places[begin..end], lights, apart));
+            (rest, begin) = ((others, other_parts), end);
         }
         let (solver, view) = (self.solver, self.view);
         work.into_par_iter().for_each_init(
             || (Scratch::default(), Vec::new()),
-            |(scratch, receivers), (places, lights)| {
+            |(scratch, receivers), (places, lights, apart)| {
                 receivers.clear();
                 receivers.extend(places.iter().filter_map(|&place| {
                     let Visible::Point(point) = &view.pixels[place as usize] else { return None };
                     Some(receiver(solver, point))
                 }));
-                solver.solve(receivers, scratch, lights);
+                let apart = (!apart.is_empty()).then_some(apart);
+                solver.solve(receivers, scratch, lights, apart);
             },
         );
     }
@@ -194,14 +210,16 @@ impl<const ORDER: usize> Refinement<'_, ORDER> {
         if square.columns == 1 && square.rows == 1 {
             let place = square.top * width + square.left;
             if let (Visible::Point(point), Some(light)) = (&self.view.pixels[place], self.light(place)) {
-                radiance[place - first] = self.kernels.reflected(point, light);
+                radiance[place - first] = self.kernels.reflected(point, light, self.apart(place));
                 open[place - first] = false;
             }
             return;
         }
         let corners =
             square.corners(width).map(|place| match (&self.view.pixels[place], self.light(place)) {
-                (Visible::Point(point), Some(light)) => Some(Corner { point, light }),
+                (Visible::Point(point), Some(light)) => {
+                    Some(Corner { point, light, apart: self.apart(place) })
+                }
                 _ => None,
             });
         if corners.iter().all(Option::is_none) {
@@ -228,6 +246,10 @@ impl<const ORDER: usize> Refinement<'_, ORDER> {
 
     fn light(&self, place: usize) -> Option<&Colors<ORDER>> {
         self.lights.get(self.slots[place] as usize)
+    }
+
+    fn apart(&self, place: usize) -> Option<&LogLight<ORDER>> {
+        self.apart.get(self.slots[place] as usize)
     }
 }
 

@@ -1,14 +1,18 @@
 //! From light with visibility to radiance.
 //!
 //! Diffuse: (ρ/π) ∫ L·V·max(n·ω, 0); Phong: ρ_s (n + 2)/(n + 1) ∫ L·V·lobe(r)·max(n·ω, 0), the lobe of integral 1 about the
-//! mirror direction r and the cosine joined by a product. Both are dot products with the light that arrives.
+//! mirror direction r. Either the lobe and the cosine are joined by a product, which leaves a dot product with the light that
+//! arrives; or their logarithms are added to that of the visibility: exp(log V + log lobe + log cos/π) π, and its dot product
+//! with the light. The latter costs an exponential for each pixel and is as good up to an exponent of about 4.
 
 use std::f32::consts::{FRAC_1_PI, PI};
 
 use glam::Vec3;
-use halflight_sh::{Sh, Zh};
+use halflight_sh::{Exponential, LobeTable, Sh, Zh};
 
 use super::between::mirrored;
+use super::settings::ShexpSettings;
+use super::solve::LogLight;
 use crate::gbuffer::VisiblePoint;
 use crate::sh_light::{Colors, axes};
 
@@ -29,13 +33,38 @@ pub(super) struct Kernels<const ORDER: usize> {
     pub(super) cosine: Zh<ORDER>,
     /// Phong lobes by log₂(1 + n).
     lobes: Vec<Zh<ORDER>>,
+    /// Their logarithms.
+    logs: LobeTable<ORDER>,
+    /// The largest exponent that is added as a logarithm.
+    most_by_logarithms: f32,
+    pub(super) exponential: Exponential,
+    clamp: bool,
 }
 
 impl<const ORDER: usize> Kernels<ORDER> {
-    pub(super) fn new() -> Self {
+    pub(super) fn new(settings: &ShexpSettings) -> Self {
+        /// More changes nothing in six bands.
+        const LARGEST: f32 = 256.0;
         let exponent = |i: usize| (i as f64 / STEPS as f64).exp2() - 1.0;
         let lobes = (0..=OCTAVES * STEPS).map(|i| Zh::<ORDER, f64>::phong(exponent(i)).cast()).collect();
-        Self { cosine: Zh::clamped_cosine(), lobes }
+        Self {
+            cosine: Zh::clamped_cosine(),
+            lobes,
+            logs: LobeTable::new(LARGEST, settings.exponential()),
+            most_by_logarithms: settings.most_by_logarithms(),
+            exponential: settings.exponential(),
+            clamp: settings.clamp,
+        }
+    }
+
+    /// Whether a surface's lobe is added as a logarithm.
+    pub(super) fn by_logarithms(&self, point: &VisiblePoint) -> bool {
+        point.material.specular != Vec3::ZERO && point.material.exponent <= self.most_by_logarithms
+    }
+
+    /// Logarithms of the lobe of an exponent and of the cosine, both of integral 1.
+    pub(super) fn log_lobe(&self, exponent: f32) -> [Zh<ORDER>; 2] {
+        [self.logs.lookup(exponent), self.logs.lookup(1.0)]
     }
 
     /// The Phong lobe of an exponent, of integral 1.
@@ -46,25 +75,40 @@ impl<const ORDER: usize> Kernels<ORDER> {
         Zh(std::array::from_fn(|l| a.0[l] + (b.0[l] - a.0[l]) * t))
     }
 
-    /// Radiance towards the eye under a light.
-    pub(super) fn reflected(&self, point: &VisiblePoint, light: &Colors<ORDER>) -> Vec3 {
+    /// Radiance towards the eye under a light, which is there in two parts as well if logarithms are to be added.
+    pub(super) fn reflected(
+        &self,
+        point: &VisiblePoint,
+        light: &Colors<ORDER>,
+        apart: Option<&LogLight<ORDER>>,
+    ) -> Vec3 {
         let cosine = self.cosine.to_direction(axes(point.normal));
-        let gathered = if point.material.specular == Vec3::ZERO {
-            Vec3::ZERO
-        } else {
-            let lobe = self.lobe(point.material.exponent).to_direction(axes(mirrored(point)));
-            integral(light, &lobe.product(&cosine))
+        let exponent = point.material.exponent;
+        let gathered = match apart.filter(|_| self.by_logarithms(point)) {
+            _ if point.material.specular == Vec3::ZERO => Vec3::ZERO,
+            Some(apart) => {
+                let [lobe, cosine] = self.log_lobe(exponent);
+                let log = apart.log
+                    + lobe.to_direction(axes(mirrored(point)))
+                    + cosine.to_direction(axes(point.normal));
+                PI * integral(&apart.lit, &self.exponential.apply(&log))
+            }
+            None => {
+                let lobe = self.lobe(exponent).to_direction(axes(mirrored(point)));
+                integral(light, &lobe.product(&cosine))
+            }
         };
-        Self::radiance(point, integral(light, &cosine), gathered)
+        self.radiance(point, integral(light, &cosine), gathered)
     }
 
     /// Radiance from the integrals of the light with the cosine, and with lobe and cosine.
-    pub(super) fn radiance(point: &VisiblePoint, irradiance: Vec3, gathered: Vec3) -> Vec3 {
+    pub(super) fn radiance(&self, point: &VisiblePoint, irradiance: Vec3, gathered: Vec3) -> Vec3 {
         let material = &point.material;
         let n = material.exponent;
+        let clamped = |integral: Vec3| if self.clamp { integral.max(Vec3::ZERO) } else { integral };
         point.emitted
-            + material.diffuse * FRAC_1_PI * irradiance.max(Vec3::ZERO)
-            + material.specular * ((n + 2.0) / (n + 1.0)) * gathered.max(Vec3::ZERO)
+            + material.diffuse * FRAC_1_PI * clamped(irradiance)
+            + material.specular * ((n + 2.0) / (n + 1.0)) * clamped(gathered)
     }
 }
 
@@ -80,7 +124,7 @@ mod tests {
 
     #[test]
     fn tabulated_lobes_are_those_of_the_exponent() {
-        let kernels = Kernels::<6>::new();
+        let kernels = Kernels::<6>::new(&ShexpSettings::default());
         for exponent in [0.0f32, 0.5, 3.0, 20.0, 111.0, 1024.0] {
             let exact: Zh<6> = Zh::<6, f64>::phong(f64::from(exponent)).cast();
             for (found, exact) in kernels.lobe(exponent).0.iter().zip(exact.0) {
