@@ -30,6 +30,11 @@ impl Stages {
         }
         result
     }
+
+    /// The stages in the order in which they came first.
+    pub(crate) fn into_list(self) -> Vec<(&'static str, Duration)> {
+        self.0
+    }
 }
 
 /// Adds looks to the film until the budget is spent, each the picture that `shade` makes of what is visible, and puts

@@ -1,0 +1,176 @@
+//! Shading from coarse to fine: a pixel is shaded where the picture varies faster than its coarser neighbours tell.
+//!
+//! Level k is the lattice of every 2^k-th pixel of every 2^k-th row. On the coarsest all points are shaded; on each finer
+//! one the points that were there keep their values, and a new one is interpolated from the two or four around it that are
+//! known, unless a pixel within their reach asks for a finer level, or they show something else. Source: `[001]` §3.2:
+//!
+//! ```text
+//! w_i = α_i · exp(−(z_i/σ)²) · exp(−vᵀ M v)        α bilinear, z the distance from the tangent plane
+//! ```
+//!
+//! M is narrow along the projected normal, 1/cos² times as steep as across (the seed has it the other way round). A point
+//! of another object or material, or turned far away, has no weight, so nothing leaks over silhouettes; where the weights
+//! that remain are less than half of all, the pixel is shaded.
+
+use glam::{Vec2, Vec3};
+use rayon::prelude::*;
+
+use super::lobes::MOST_SAMPLES;
+use super::predict::{Buffer, COARSEST, FEWEST, Predicted};
+use super::pyramid::MinPyramid;
+use super::shade::Shader;
+use super::surface::{SurfacePoint, Surfaces};
+
+/// σ of the distance from the tangent plane, in spacings of the coarser lattice.
+const PLANE: f32 = 0.35;
+/// Least cosine between normals that tell of each other.
+const TURNED: f32 = 0.8;
+/// Least share of the weights that has to remain.
+const REMAINS: f32 = 0.5;
+/// Weight of the tilt in the exponent, for steps in spacings of the coarser lattice.
+const TILTED: f32 = 1.0;
+/// Bound of the tilt, so that grazing points keep weights at all.
+const MOST_TILTED: f32 = 1.0;
+
+/// What is known of a lattice point.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Known {
+    pub(super) radiance: Vec3,
+    /// Samples that it was shaded by; 0 where it was interpolated, or shows no surface.
+    pub(super) samples: u16,
+    /// Whether it was shaded.
+    pub(super) shaded: bool,
+}
+
+/// A picture that was shaded, and what that took.
+pub(super) struct Shaded {
+    pub(super) pixels: Vec<Known>,
+    pub(super) rays: u64,
+}
+
+/// Shades a picture from coarse to fine.
+pub(super) fn shade(shader: &Shader, surfaces: &Surfaces, buffer: &Buffer) -> Shaded {
+    let (width, height) = (surfaces.width, surfaces.height);
+    let smaller = width.min(height).ilog2() as i32;
+    let coarsest = COARSEST.min(smaller) as usize;
+    // Where nothing is nothing has to be shaded.
+    let level = |(predicted, point): (&Predicted, &SurfacePoint)| {
+        if point.is_there() { predicted.level } else { i8::MAX }
+    };
+    let levels = buffer.pixels.iter().zip(&surfaces.points).map(level).collect();
+    let pyramid = MinPyramid::new(levels, width, coarsest);
+    let pose = shader.frame.camera.pose[0].matrix3;
+    let (across, down) = (Vec3::from(pose.x_axis), -Vec3::from(pose.y_axis));
+    let mut rays = 0;
+    let mut coarser: Vec<Known> = Vec::new();
+    for k in (0..=coarsest).rev() {
+        let size = 1usize << k;
+        let columns = (width - 1) / size + 1;
+        let rows = (height - 1) / size + 1;
+        let mut finer = vec![Known::default(); columns * rows];
+        let spacing = 2 * size;
+        let known =
+            Lattice { known: &coarser, columns: (width - 1) / spacing + 1, spacing, surfaces, across, down };
+        rays += finer
+            .par_chunks_mut(columns)
+            .enumerate()
+            .map(|(j, row)| {
+                let mut room = shader.room();
+                for (i, out) in row.iter_mut().enumerate() {
+                    let place = [i * size, j * size];
+                    let index = place[1] * width + place[0];
+                    let point = &surfaces.points[index];
+                    if k < coarsest {
+                        if i % 2 == 0 && j % 2 == 0 {
+                            *out = coarser[j / 2 * known.columns + i / 2];
+                            continue;
+                        }
+                        let wanted = pyramid.around(k, i, j);
+                        if wanted > k as i8
+                            && point.is_there()
+                            && let Some(radiance) = known.between(point, place)
+                        {
+                            *out = Known { radiance, samples: 0, shaded: false };
+                            continue;
+                        }
+                    }
+                    if !point.is_there() {
+                        let radiance = shader.frame.lights.escaped(-point.towards_eye);
+                        *out = Known { radiance, samples: 0, shaded: false };
+                        continue;
+                    }
+                    // What speaks for many pixels may cost as much as they would.
+                    let fewest = (FEWEST << (2 * k)).min(MOST_SAMPLES as u32);
+                    let samples = buffer.pixels[index].samples.map(u32::from);
+                    let samples = samples.map(|n| if n > 1 { n.max(fewest) } else { n });
+                    let radiance = shader.radiance(point, place.map(|p| p as u32), samples, &mut room);
+                    *out = Known { radiance, samples: (samples[0] + samples[1]) as u16, shaded: true };
+                }
+                room.count
+            })
+            .sum::<u64>();
+        coarser = finer;
+    }
+    Shaded { pixels: coarser, rays }
+}
+
+/// The lattice one level coarser.
+struct Lattice<'a> {
+    known: &'a [Known],
+    columns: usize,
+    spacing: usize,
+    surfaces: &'a Surfaces,
+    /// Directions in which the picture goes on to the right and down.
+    across: Vec3,
+    down: Vec3,
+}
+
+impl Lattice<'_> {
+    /// The radiance between the points around a pixel; `None` where they do not tell.
+    fn between(&self, point: &SurfacePoint, [x, y]: [usize; 2]) -> Option<Vec3> {
+        let (i, j) = (x / self.spacing, y / self.spacing);
+        let middle = |at: usize| !at.is_multiple_of(self.spacing);
+        let kernel = Kernel::new(point, self.across, self.down);
+        let (mut sum, mut weights, mut all) = (Vec3::ZERO, 0.0, 0.0);
+        for dj in 0..=usize::from(middle(y)) {
+            for di in 0..=usize::from(middle(x)) {
+                all += 1.0;
+                let (px, py) = ((i + di) * self.spacing, (j + dj) * self.spacing);
+                if px >= self.surfaces.width || py >= self.surfaces.height {
+                    continue;
+                }
+                let parent = self.surfaces.at(px, py);
+                let step = Vec2::new(px as f32 - x as f32, py as f32 - y as f32) / self.spacing as f32;
+                let weight = kernel.weight(point, parent, step);
+                sum += weight * self.known[(j + dj) * self.columns + i + di].radiance;
+                weights += weight;
+            }
+        }
+        (weights >= REMAINS * all).then(|| sum / weights)
+    }
+}
+
+/// The weights of what is around one pixel.
+struct Kernel {
+    /// Unit direction of the projected normal on the film, times √(1/cos² − 1): what is further along the tilt than across
+    /// counts less.
+    tilt: Vec2,
+}
+
+impl Kernel {
+    fn new(point: &SurfacePoint, across: Vec3, down: Vec3) -> Self {
+        let cos = point.cos_exit().clamp(0.05, 1.0);
+        let tilt = Vec2::new(point.normal.dot(across), point.normal.dot(down)).normalize_or_zero();
+        Self { tilt: tilt * (TILTED * (1.0 / (cos * cos) - 1.0)).sqrt().min(MOST_TILTED) }
+    }
+
+    fn weight(&self, point: &SurfacePoint, parent: &SurfacePoint, step: Vec2) -> f32 {
+        if !parent.is_of(point) || parent.normal.dot(point.normal) < TURNED {
+            return 0.0;
+        }
+        let away = parent.position - point.position;
+        let off = point.normal.dot(away).abs() / away.length().max(f32::MIN_POSITIVE) / PLANE;
+        let along = step.dot(self.tilt);
+        (-(off * off) - along * along).exp()
+    }
+}

@@ -1,0 +1,273 @@
+//! What is known of a material before any frame: how fast its lobe varies, where it is large, and a few directions of
+//! it by which a pixel is judged.
+//!
+//! - **ρ**, [`ReflectanceBandwidth`], of the reflectance with its pictures replaced by their means.
+//! - **Importance samples**, [`ImportanceTable`], kept as half vectors: for the view ω and a sample h the direction is
+//!   2 (ω·h) h − ω with the density p_h/(4 ω·h). A lobe turns twice as fast as the view, a half vector hardly at all, so a
+//!   table of views 2.8° apart serves mirrors' neighbours too.
+//! - **Probes**: per view n_b of these samples with f cos θ/p, ρ and the solid angle 1/(n_b p) that each stands for.
+//!
+//! Source: `[001]` §2.3 and §3.3. Cost: 0.2 s for the samples, up to 1 s of processor time for ρ of a sharp lobe.
+
+use std::f32::consts::{FRAC_2_PI, FRAC_PI_2};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use glam::{Vec2, Vec3};
+use halflight_frequency::bandwidth::lobe::phong_exponent;
+use halflight_frequency::bandwidth::{UNLIMITED, lobe};
+use halflight_frequency::importance::{ImportanceTable, TableSize, point};
+use halflight_frequency::reflectance::{ReflectanceBandwidth, Slices};
+use halflight_material::{Bsdf, Material, MaterialKind, SurfaceInput};
+use halflight_scene::lights::luminance;
+use rayon::prelude::*;
+
+use super::paint::{Paint, paints, without_paint};
+
+/// Elevations of the view.
+const ELEVATIONS: usize = 32;
+/// Samples of a view, of which runs of any length are taken.
+pub(super) const MOST_SAMPLES: usize = 4096;
+const VECTORS: usize = 4;
+
+/// An importance sample by its half vector, for a view in the xz-plane.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct HalfSample {
+    pub(super) half: Vec3,
+    /// Density of the direction times the cosine between half vector and view, per steradian.
+    pub(super) density: f32,
+    /// Reflectance over that density, without the cosine: at the view of the table.
+    pub(super) weight: Vec3,
+    /// The exponent of the Phong lobe that varies as the reflectance does there.
+    pub(super) exponent: f32,
+}
+
+/// One of the directions by which a pixel is judged, for a view in the xz-plane.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Probe {
+    pub(super) direction: Vec3,
+    /// Luminance of f cos θ/p.
+    pub(super) gain: f32,
+    /// ρ, cycles per radian.
+    pub(super) lobe: f32,
+    /// What it stands for, sr.
+    pub(super) solid_angle: f32,
+    /// Of the Phong lobe that varies as the reflectance does there, sr.
+    pub(super) blurred: f32,
+}
+
+/// Where shading gets its directions from.
+pub(super) enum Directions {
+    /// From tables: isotropic lobes.
+    Table(Vec<HalfSample>),
+    /// From the material itself.
+    Own,
+    /// There is one: an ideal mirror.
+    Single,
+    /// Nothing scatters.
+    None,
+}
+
+/// A material, analysed.
+pub(super) struct Lobe {
+    pub(super) bandwidth: ReflectanceBandwidth,
+    pub(super) directions: Directions,
+    /// Whether it is the same everywhere on a surface, so that the weights of its samples are.
+    pub(super) is_even: bool,
+    probes: Vec<Probe>,
+    count: usize,
+    pub(super) paints: Vec<Paint>,
+}
+
+/// The middle of an elevation of the tables.
+fn view(elevation: usize) -> Vec3 {
+    let theta = (elevation as f32 + 0.5) / ELEVATIONS as f32 * FRAC_PI_2;
+    Vec3::new(theta.sin(), 0.0, theta.cos())
+}
+
+/// The elevation of the tables that a view in the local frame belongs to.
+#[inline]
+fn elevation(cosine: f32) -> usize {
+    let share = cosine.clamp(0.0, 1.0).acos() * FRAC_2_PI;
+    ((share * ELEVATIONS as f32) as usize).min(ELEVATIONS - 1)
+}
+
+impl Lobe {
+    /// Analyses a material; `count` is n_b.
+    pub(super) fn new(material: &Material, count: usize) -> Self {
+        let (plain, varies) = without_paint(material);
+        let bsdf = plain.bsdf(&SurfaceInput::default());
+        let bandwidth = reflectance_bandwidth(&plain, &bsdf);
+        let is_black = bsdf.albedo() == Vec3::ZERO && bsdf.is_delta_only();
+        let grained = matches!(plain.kind, MaterialKind::Conductor { anisotropy, .. } if anisotropy != 0.0);
+        let directions = if is_black {
+            Directions::None
+        } else if bsdf.is_delta_only() && !bsdf.transmits() && !varies {
+            Directions::Single
+        } else if bsdf.is_delta_only() || bsdf.transmits() || material.opacity.is_some() || varies || grained
+        {
+            Directions::Own
+        } else {
+            Directions::Table(half_samples(&bsdf, &bandwidth))
+        };
+        let probes = (0..ELEVATIONS)
+            .flat_map(|e| (0..count).map(move |i| (e, i)))
+            .map(|(e, i)| probe(&bsdf, &bandwidth, &directions, e, i, count))
+            .collect();
+        let paints = paints(material);
+        Self { bandwidth, directions, is_even: paints.is_empty(), probes, count, paints }
+    }
+
+    /// The probes for a view with this cosine.
+    #[inline]
+    pub(super) fn probes(&self, cosine: f32) -> &[Probe] {
+        let start = elevation(cosine) * self.count;
+        &self.probes[start..start + self.count]
+    }
+
+    /// Cycles per pixel of the pictures on it.
+    pub(super) fn painted(&self, uv: Vec2, across: Vec2, along: Vec2) -> f32 {
+        self.paints.iter().map(|paint| paint.per_pixel(uv, across, along)).fold(0.0, f32::max)
+    }
+
+    /// Bytes that it occupies.
+    pub(super) fn memory_bytes(&self) -> usize {
+        let samples = match &self.directions {
+            Directions::Table(samples) => size_of_val(samples.as_slice()),
+            _ => 0,
+        };
+        samples + size_of_val(self.probes.as_slice()) + size_of_val(self.bandwidth.values())
+    }
+}
+
+/// The elevation of the tables below a view and how far it lies towards the one above.
+#[inline]
+pub(super) fn elevations(cosine: f32) -> (usize, f32) {
+    let at = (cosine.clamp(0.0, 1.0).acos() * FRAC_2_PI * ELEVATIONS as f32 - 0.5)
+        .clamp(0.0, (ELEVATIONS - 1) as f32);
+    let below = (at as usize).min(ELEVATIONS - 2);
+    (below, at - below as f32)
+}
+
+/// `number` samples for a view at this elevation; `which` chooses among runs of them. A run begins at a multiple of the power
+/// of two that holds it, so that it is as well distributed as the sequence allows.
+#[inline]
+pub(super) fn run(samples: &[HalfSample], elevation: usize, number: usize, which: u32) -> &[HalfSample] {
+    let number = number.clamp(1, MOST_SAMPLES);
+    let block = number.next_power_of_two();
+    let start = elevation * MOST_SAMPLES + (which as usize % (MOST_SAMPLES / block)) * block;
+    &samples[start..start + number]
+}
+
+fn half_samples(bsdf: &Bsdf, bandwidth: &ReflectanceBandwidth) -> Vec<HalfSample> {
+    let size = TableSize {
+        elevations: ELEVATIONS,
+        azimuths: 1,
+        vectors: VECTORS,
+        samples: MOST_SAMPLES / VECTORS,
+        ..TableSize::default()
+    };
+    let table = ImportanceTable::new(|view, light| luminance(bsdf.eval(view, light)), size);
+    let of_view = |e: usize| {
+        let view = view(e);
+        let half = |vector: usize| {
+            let samples = table.vector(view, vector).samples;
+            samples.iter().map(move |sample| {
+                let half = (sample.direction + view).normalize_or(Vec3::Z);
+                let density = sample.pdf * half.dot(view);
+                let weight = bsdf.eval(view, sample.direction) / (sample.direction.z * density);
+                let exponent = phong_exponent(bandwidth.at(sample.direction, view));
+                HalfSample {
+                    half,
+                    density,
+                    weight: if weight.is_finite() { weight } else { Vec3::ZERO },
+                    exponent,
+                }
+            })
+        };
+        (0..VECTORS).flat_map(half).collect::<Vec<_>>()
+    };
+    (0..ELEVATIONS).flat_map(of_view).collect()
+}
+
+fn probe(
+    bsdf: &Bsdf,
+    bandwidth: &ReflectanceBandwidth,
+    directions: &Directions,
+    elevation: usize,
+    index: usize,
+    count: usize,
+) -> Probe {
+    let view = view(elevation);
+    let (direction, gain, pdf, delta) = match directions {
+        Directions::Table(samples) => {
+            // A block that begins in the last vector: shading takes others as a rule.
+            let start = MOST_SAMPLES - count.next_power_of_two();
+            let HalfSample { half, density, .. } = samples[elevation * MOST_SAMPLES + start + index];
+            let along = half.dot(view);
+            let direction = 2.0 * along * half - view;
+            let pdf = density / along;
+            (direction, luminance(bsdf.eval(view, direction)) / pdf, pdf, false)
+        }
+        Directions::None => (Vec3::Z, 0.0, 1.0, false),
+        Directions::Own | Directions::Single => {
+            let u = point(index as u32, 77);
+            let choice = (index as f32 + 0.5) * 0.618_034;
+            match bsdf.sample(view, choice.fract(), u) {
+                Some(sample) => (sample.wi, luminance(sample.weight), sample.pdf, sample.delta),
+                None => (Vec3::Z, 0.0, 1.0, false),
+            }
+        }
+    };
+    let gain = if gain.is_finite() { gain } else { 0.0 };
+    let lobe = if delta { UNLIMITED } else { bandwidth.at(direction, view) };
+    let solid_angle = if delta { 0.0 } else { 1.0 / (pdf * count as f32).max(1e-6) };
+    let blurred = 4.0 * std::f32::consts::PI / phong_exponent(lobe).max(1.0);
+    Probe { direction, gain, lobe, solid_angle, blurred }
+}
+
+/// ρ of a material without pictures.
+fn reflectance_bandwidth(material: &Material, bsdf: &Bsdf) -> ReflectanceBandwidth {
+    if bsdf.is_delta_only() {
+        return ReflectanceBandwidth::constant(UNLIMITED);
+    }
+    match &material.kind {
+        MaterialKind::Black => ReflectanceBandwidth::constant(0.0),
+        // The cosine is all that limits its light.
+        MaterialKind::Diffuse { .. } => ReflectanceBandwidth::constant(lobe::phong(1.0)),
+        _ => {
+            let f = |wi: Vec3, wo: Vec3| luminance(bsdf.eval(wo, wi)) / wi.z.max(1e-4);
+            ReflectanceBandwidth::new(f, &Slices::ISOTROPIC)
+        }
+    }
+}
+
+/// Materials that were analysed, so that frames share them.
+#[derive(Default)]
+pub(super) struct LobeCache(Mutex<Vec<(Arc<Material>, Arc<Lobe>)>>);
+
+impl LobeCache {
+    /// The analyses of these materials, new ones made where needed; those of other materials are dropped.
+    pub(super) fn lobes(
+        &self,
+        materials: &[Arc<Material>],
+        is_used: &(dyn Fn(usize) -> bool + Sync),
+        count: usize,
+    ) -> Vec<Arc<Lobe>> {
+        // Not under the lock: threads that wait for their own work may take up that of another picture.
+        let known = self.0.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        let black = Arc::new(Lobe::new(&Material::new("", MaterialKind::Black), count));
+        let lobes: Vec<Arc<Lobe>> = materials
+            .par_iter()
+            .enumerate()
+            .map(|(index, material)| match known.iter().find(|(other, _)| Arc::ptr_eq(other, material)) {
+                Some((_, lobe)) => Arc::clone(lobe),
+                None if is_used(index) => Arc::new(Lobe::new(material, count)),
+                None => Arc::clone(&black),
+            })
+            .collect();
+        let made = materials.iter().zip(&lobes).filter(|(_, lobe)| !Arc::ptr_eq(lobe, &black));
+        let made = made.map(|(material, lobe)| (Arc::clone(material), Arc::clone(lobe))).collect();
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = made;
+        lobes
+    }
+}

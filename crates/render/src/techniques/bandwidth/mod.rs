@@ -1,0 +1,241 @@
+//! `bandwidth`: measured materials at interactive rates, shaded only where the picture varies.
+//!
+//! Before anything is shaded the bandwidth of the light that reaches each pixel and the noise of its estimate are
+//! predicted, from the light, the lobe of the material, curvature and distance. Pixels are then shaded from coarse to fine
+//! where the prediction asks for it, by as many samples as it asks for, and interpolated between. Nothing is prepared from
+//! geometry: it may change in every frame, as may light and normal maps. One bounce of the environment and of area lights;
+//! shadows only by rays and only if asked for.
+//!
+//! | file | what it does |
+//! |---|---|
+//! | `surface`, `curvature` | what each pixel shows |
+//! | `light`, `octahedral` | the light of a frame |
+//! | `lobes`, `paint` | materials: bandwidth, importance samples, pictures on them |
+//! | `predict`, `pyramid` | the bandwidth buffer |
+//! | `hierarchy` | which pixels are shaded |
+//! | `shade` | the radiance of one |
+//!
+//! Source: seed \[001\] (Bagher et al. 2013), corrected as `docs/errata.md` says. Costs: `halflight bench bandwidth`.
+
+mod curvature;
+mod hierarchy;
+mod light;
+mod lobes;
+mod octahedral;
+mod paint;
+mod predict;
+mod pyramid;
+mod settings;
+mod shade;
+mod surface;
+
+use std::sync::Arc;
+
+use glam::{Vec2, Vec3};
+use halflight_scene::{Frame, Scene};
+use rayon::prelude::*;
+
+pub use settings::{Antialias, BandwidthSettings, Mode, Preset, Visibility};
+
+use crate::film::Film;
+use crate::looks::Stages;
+use crate::sampler::Sampler;
+use crate::technique::{Budget, Deadline, Progress, RenderReport, Technique, TechniqueError};
+use hierarchy::{Known, Shaded};
+use light::{FrameLight, LightCache};
+use lobes::{Lobe, LobeCache};
+use predict::{Buffer, Judge};
+use shade::Shader;
+use surface::Surfaces;
+
+/// Most looks at a picture.
+const MAX_LOOKS: u32 = 1 << 16;
+
+/// The technique `bandwidth`.
+#[derive(Default)]
+pub struct BandwidthTechnique {
+    settings: BandwidthSettings,
+    lobes: LobeCache,
+    light: LightCache,
+}
+
+/// One look at a picture.
+struct Look {
+    shaded: Shaded,
+    /// Absent where every pixel is shaded.
+    buffer: Option<Buffer>,
+    /// Pixels that show a surface.
+    covered: usize,
+}
+
+impl BandwidthTechnique {
+    /// With settings other than the default.
+    pub fn new(settings: BandwidthSettings) -> Self {
+        Self { settings, ..Self::default() }
+    }
+
+    /// The materials that are to be seen, analysed.
+    fn lobes_of(&self, frame: &Frame) -> Vec<Arc<Lobe>> {
+        let mut used = vec![false; frame.materials.len()];
+        for instance in 0..frame.world.instances().len() as u32 {
+            // Slots beyond the last one are the last one again.
+            let mut slot = 0;
+            loop {
+                let index = frame.material_index(instance, slot) as usize;
+                used[index] = true;
+                slot += 1;
+                if slot > 64 || frame.material_index(instance, slot) as usize == index {
+                    break;
+                }
+            }
+        }
+        self.lobes.lobes(&frame.materials, &|index| used[index], self.settings.directions as usize)
+    }
+
+    /// One picture through the point `offset` of its pixels.
+    fn look(&self, shader: &Shader, size: [usize; 2], offset: Vec2, stages: &mut Stages) -> Look {
+        let frame = shader.frame;
+        let mut surfaces = stages.time("g-buffer", || Surfaces::look(frame, size[0], size[1], offset));
+        let covered = surfaces.points.par_iter().filter(|p| p.is_there()).count();
+        if self.settings.is_exhaustive() {
+            let shaded = stages.time("shading", || shade_all(shader, &surfaces));
+            return Look { shaded, buffer: None, covered };
+        }
+        let buffer = stages.time("bandwidth", || {
+            curvature::measure(&mut surfaces, |point, across, along| {
+                shader.lobes[point.material as usize].painted(point.uv, across, along)
+            });
+            let judge = Judge::new(frame, shader.light, shader.lobes, &self.settings, size);
+            Buffer::new(&judge, &surfaces)
+        });
+        let shaded = stages.time("shading", || hierarchy::shade(shader, &surfaces, &buffer));
+        Look { shaded, buffer: Some(buffer), covered }
+    }
+}
+
+/// Shades every pixel by the same number of samples.
+fn shade_all(shader: &Shader, surfaces: &Surfaces) -> Shaded {
+    let number = shader.settings.samples;
+    let mut pixels = vec![Known::default(); surfaces.points.len()];
+    let rays = pixels
+        .par_chunks_mut(surfaces.width)
+        .enumerate()
+        .map(|(y, row)| {
+            let mut room = shader.room();
+            for (x, out) in row.iter_mut().enumerate() {
+                let point = surfaces.at(x, y);
+                *out = if point.is_there() {
+                    let place = [x as u32, y as u32];
+                    let radiance = shader.radiance(point, place, [number, number], &mut room);
+                    Known { radiance, samples: number.min(u32::from(u16::MAX)) as u16, shaded: true }
+                } else {
+                    let radiance = shader.frame.lights.escaped(-point.towards_eye);
+                    Known { radiance, samples: 0, shaded: false }
+                };
+            }
+            room.count
+        })
+        .sum();
+    Shaded { pixels, rays }
+}
+
+impl Technique for BandwidthTechnique {
+    fn prepare(&mut self, scene: &Scene, progress: &dyn Progress) -> Result<(), TechniqueError> {
+        let _ = progress;
+        let frame = scene
+            .at(0.0)
+            .map_err(|error| TechniqueError { technique: "bandwidth", reason: error.to_string() })?;
+        self.lobes_of(&frame);
+        Ok(())
+    }
+
+    fn render(
+        &self,
+        frame: &Frame,
+        film: &mut Film,
+        budget: &Budget,
+        progress: &dyn Progress,
+    ) -> Result<RenderReport, TechniqueError> {
+        let deadline = Deadline::new(budget.seconds);
+        let mut stages = Stages::default();
+        let mut report = RenderReport::default();
+        let (lobes, light) = stages.time("light and materials", || {
+            let convolved = self.settings.mode == Mode::Preconvolved;
+            (self.lobes_of(frame), FrameLight::new(frame, &self.light, convolved))
+        });
+        let target = budget.samples.unwrap_or(1).clamp(1, MAX_LOOKS);
+        let size = [film.width(), film.height()];
+        let mut last = None;
+        for sample in film.min_samples()..target {
+            if progress.stop() {
+                report.interrupted = true;
+                break;
+            }
+            if deadline.passed() && sample > 0 {
+                break;
+            }
+            let offset = if target == 1 {
+                Vec2::splat(0.5)
+            } else {
+                // The same point in every pixel, so that neighbours stay comparable.
+                let u = Sampler::new(budget.seed, 0, 0, sample).next_four();
+                Vec2::new(u[0], u[1])
+            };
+            let seed = budget.seed.wrapping_add(u64::from(sample) << 40);
+            let shader = Shader { frame, light: &light, lobes: &lobes, settings: &self.settings, seed };
+            let look = self.look(&shader, size, offset, &mut stages);
+            report.rays += (size[0] * size[1]) as u64 + look.shaded.rays;
+            report.non_finite += stages.time("film", || {
+                let picture: Vec<Vec3> = look.shaded.pixels.iter().map(|p| p.radiance).collect();
+                film.add_picture(&picture)
+            });
+            last = Some(look);
+            progress.report("samples", u64::from(sample + 1), u64::from(target));
+            progress.pass(film);
+        }
+        if let Some(look) = &last {
+            add_layers(film, look);
+            report.notes = self.notes(look, &lobes, &light);
+        }
+        report.elapsed = deadline.elapsed();
+        report.stages = stages.into_list();
+        Ok(report)
+    }
+}
+
+impl BandwidthTechnique {
+    /// What the picture leaves out, and what it took.
+    fn notes(&self, look: &Look, lobes: &[Arc<Lobe>], light: &FrameLight) -> Vec<String> {
+        let shadows = match self.settings.visibility {
+            Visibility::Off => "without shadows",
+            Visibility::Rays => "with shadow rays",
+        };
+        let shaded = look.shaded.pixels.iter().filter(|p| p.shaded).count();
+        let samples: u64 = look.shaded.pixels.iter().map(|p| u64::from(p.samples)).sum();
+        let memory: usize = lobes.iter().map(|lobe| lobe.memory_bytes()).sum::<usize>()
+            + light.tables.as_ref().map_or(0, |tables| tables.memory_bytes());
+        let mut notes = vec![format!("one bounce of light, {shadows}")];
+        if look.buffer.is_some() {
+            notes.push(format!(
+                "shaded {:.1} % of the {} pixels that show something, by {:.0} samples each on the average; tables of {:.0} MB",
+                100.0 * shaded as f64 / look.covered.max(1) as f64,
+                look.covered,
+                samples as f64 / shaded.max(1) as f64,
+                memory as f64 / 1e6,
+            ));
+        }
+        notes
+    }
+}
+
+/// What was predicted and done, as layers of the picture.
+fn add_layers(film: &mut Film, look: &Look) {
+    let mut add = |name: &str, values: Vec<f32>| film.layers.insert(name.to_string(), values);
+    add("shaded", look.shaded.pixels.iter().map(|p| f32::from(u8::from(p.shaded))).collect());
+    add("shading-samples", look.shaded.pixels.iter().map(|p| f32::from(p.samples)).collect());
+    if let Some(buffer) = &look.buffer {
+        add("bandwidth", buffer.pixels.iter().map(|p| p.bandwidth).collect());
+        add("level", buffer.pixels.iter().map(|p| f32::from(p.level)).collect());
+        add("predicted-variance", buffer.pixels.iter().map(|p| p.variance).collect());
+    }
+}

@@ -1,0 +1,139 @@
+//! How finely the pictures on a material vary, and the material without them.
+//!
+//! What a picture adds to the bandwidth of a pixel is [`TextureBandwidth`] around the texture coordinates, largest within
+//! the pixel's footprint, times how many texels a pixel steps over. `[001]` §2.3 gives cycles per metre; as pixels are
+//! what is asked for in the end, and texture coordinates are known there, the way over metres is left out.
+
+use glam::{Vec2, Vec3};
+use halflight_frequency::bandwidth::bounded;
+use halflight_frequency::mapping::TextureBandwidth;
+use halflight_frequency::wavelet::{Filter, Rule};
+use halflight_image::Plane;
+use halflight_material::{
+    ColorInput, ConductorColor, Material, MaterialKind, ScalarInput, Texture, UvTransform,
+};
+use halflight_scene::lights::luminance;
+
+/// A picture on a material.
+pub(super) struct Paint {
+    bandwidth: TextureBandwidth,
+    transform: UvTransform,
+    texels: Vec2,
+}
+
+impl Paint {
+    fn new(texture: &Texture, value: impl Fn(Vec3) -> f32) -> Self {
+        let (width, height) = (texture.image.width.max(1), texture.image.height.max(1));
+        let plain = Texture { transform: UvTransform::default(), ..texture.clone() };
+        let texels = Vec2::new(width as f32, height as f32);
+        let texel = |i: usize| {
+            let at = (Vec2::new((i % width) as f32, (i / width) as f32) + Vec2::splat(0.5)) / texels;
+            value(plain.sample(at).truncate())
+        };
+        let plane = Plane { width, height, values: (0..width * height).map(texel).collect() };
+        let repeats = texture.wrap_u == halflight_material::Wrap::Repeat;
+        let bandwidth = TextureBandwidth::new(&plane, Filter::Smooth, Rule::Within, repeats);
+        Self { bandwidth, transform: texture.transform, texels }
+    }
+
+    /// Cycles per pixel around `uv`, which changes by `across` and `along` from pixel to pixel.
+    pub(super) fn per_pixel(&self, uv: Vec2, across: Vec2, along: Vec2) -> f32 {
+        let origin = self.transform.apply(uv);
+        let (across, along) =
+            (self.transform.apply(uv + across) - origin, self.transform.apply(uv + along) - origin);
+        let footprint = across.abs() + along.abs();
+        let per_texel = self.bandwidth.map().within(origin.x, origin.y, footprint.x, footprint.y);
+        bounded(per_texel * (across * self.texels).length().max((along * self.texels).length()))
+    }
+}
+
+/// The pictures that a material's lobe is made of.
+pub(super) fn paints(material: &Material) -> Vec<Paint> {
+    let mut paints = Vec::new();
+    let mut color = |input: &ColorInput| {
+        if let ColorInput::Textured { texture, factor } = input {
+            let factor = *factor;
+            paints.push(Paint::new(texture, |texel| luminance(texel * factor)));
+        }
+    };
+    let mut scalars: Vec<&ScalarInput> = Vec::new();
+    match &material.kind {
+        MaterialKind::Black | MaterialKind::Measured(_) => {}
+        MaterialKind::Diffuse { albedo } => color(albedo),
+        MaterialKind::Phong { diffuse, specular, exponent } => {
+            color(diffuse);
+            color(specular);
+            scalars.push(exponent);
+        }
+        MaterialKind::Conductor { color: metal, roughness, .. } => {
+            if let ConductorColor::Normal(input) | ConductorColor::Constant(input) = metal {
+                color(input);
+            }
+            scalars.push(roughness);
+        }
+        MaterialKind::Dielectric { roughness, tint, .. } => {
+            color(tint);
+            scalars.push(roughness);
+        }
+        MaterialKind::MetallicRoughness { base_color, metallic, roughness, transmission, .. } => {
+            color(base_color);
+            scalars.extend([metallic, roughness, transmission]);
+        }
+    }
+    if let Some(opacity) = &material.opacity {
+        scalars.push(&opacity.amount);
+    }
+    for input in scalars {
+        if let ScalarInput::Textured { texture, channel, .. } = input {
+            let channel = (*channel).min(2);
+            paints.push(Paint::new(texture, |texel| texel[channel]));
+        }
+    }
+    paints
+}
+
+/// The material with every picture replaced by its mean; and whether the form of its lobe, not just its colour, varied.
+pub(super) fn without_paint(material: &Material) -> (Material, bool) {
+    let color = |input: &ColorInput| ColorInput::Constant(input.mean());
+    let mut varies = false;
+    let mut scalar = |input: &ScalarInput| match input {
+        ScalarInput::Constant(value) => ScalarInput::Constant(*value),
+        ScalarInput::Textured { texture, channel, factor } => {
+            varies = true;
+            ScalarInput::Constant(texture.mean().to_array()[(*channel).min(3)] * factor)
+        }
+    };
+    let kind = match &material.kind {
+        MaterialKind::Black => MaterialKind::Black,
+        MaterialKind::Measured(brdf) => MaterialKind::Measured(std::sync::Arc::clone(brdf)),
+        MaterialKind::Diffuse { albedo } => MaterialKind::Diffuse { albedo: color(albedo) },
+        MaterialKind::Phong { diffuse, specular, exponent } => MaterialKind::Phong {
+            diffuse: color(diffuse),
+            specular: color(specular),
+            exponent: scalar(exponent),
+        },
+        MaterialKind::Conductor { color: metal, roughness, anisotropy } => MaterialKind::Conductor {
+            color: match metal {
+                ConductorColor::Complex { eta, k } => ConductorColor::Complex { eta: *eta, k: *k },
+                ConductorColor::Normal(input) => ConductorColor::Normal(color(input)),
+                ConductorColor::Constant(input) => ConductorColor::Constant(color(input)),
+            },
+            roughness: scalar(roughness),
+            anisotropy: *anisotropy,
+        },
+        MaterialKind::Dielectric { ior, roughness, tint } => {
+            MaterialKind::Dielectric { ior: *ior, roughness: scalar(roughness), tint: color(tint) }
+        }
+        MaterialKind::MetallicRoughness { base_color, metallic, roughness, transmission, ior } => {
+            MaterialKind::MetallicRoughness {
+                base_color: color(base_color),
+                metallic: scalar(metallic),
+                roughness: scalar(roughness),
+                transmission: scalar(transmission),
+                ior: *ior,
+            }
+        }
+    };
+    let plain = Material { kind, emission: None, normal_map: None, opacity: None, ..material.clone() };
+    (plain, varies)
+}

@@ -1,0 +1,334 @@
+//! The bandwidth buffer: before anything is shaded, how fast the picture varies at each pixel and how noisy it will be.
+//!
+//! ```text
+//! ν = Σ λ_i min(ν_i, ρ_i)/Σ λ_i          over n_b directions of the lobe, λ = L f cos θ/p        [001] eq. (5)
+//! b = ν |2 c d'/cos θ + 1| · roundness · pixel angle + texture                                   eq. (4), (6), corrected
+//! V = Var λ/p, N = V/(target · mean)²                                                            §2.4
+//! ```
+//!
+//! The sums over directions vary slowly: they are judged at every fourth pixel of every fourth row, and a pixel takes the
+//! largest of those judgements around it that are of its own object and material, or makes its own. Curvature, distance,
+//! angle and texture are the pixel's own. For distant light one mean of min(ν, ρ) serves all of them, as the rest of the
+//! chain is the same for all directions.
+//!
+//! The variance is that of importance sampling as the directions tell it, where L² is the mean over what a direction
+//! stands for: a sun between the directions counts. It is an estimate, not a bound.
+
+use std::sync::Arc;
+
+use glam::Vec3;
+use halflight_frequency::bandwidth::{Exit, UNLIMITED, pixel};
+use halflight_frequency::importance::point as sequence;
+use halflight_scene::Frame;
+use halflight_scene::lights::{Arrival, DeltaLight, luminance};
+use rayon::prelude::*;
+
+use super::light::FrameLight;
+use super::lobes::{Directions, Lobe, MOST_SAMPLES};
+use super::settings::{BandwidthSettings, Mode};
+use super::surface::{SurfacePoint, Surfaces};
+
+/// Pixels between judgements, along each axis.
+const STRIDE: usize = 4;
+/// Points of local lights by which a pixel is judged, at most.
+const LOCAL: u32 = 8;
+/// Coarsest level: one pixel in 256 is shaded at least.
+pub(super) const COARSEST: i32 = 4;
+/// Fewest and most samples of each kind of light.
+pub(super) const FEWEST: u32 = 4;
+/// A pixel darker than this share of the mean needs no smaller error than one that has it.
+const DARK: f32 = 0.1;
+/// At an error of 4 % pixels are shaded this much more densely than Nyquist's rate: what lies between is interpolated
+/// linearly, which needs more than a sinc does. Chosen by `halflight bench bandwidth`.
+const DENSITY: f32 = 1.5;
+/// Light that was convolved with the gaps between samples has hardly any noise that their even distribution leaves.
+const STRATIFIED: f32 = 0.25;
+/// The error at which it is that.
+const DENSITY_ERROR: f32 = 0.04;
+
+/// What the directions of light at one place tell.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Judgement {
+    /// Means of the luminance from the environment and from local lights.
+    pub(super) mean: [f32; 2],
+    /// Variance of one sample of each.
+    pub(super) variance: [f32; 2],
+    /// Mean of min(ν, ρ), cycles per radian.
+    pub(super) limited: f32,
+    /// ν_a at the eye from local lights, with the curvature of that place, cycles per radian.
+    pub(super) local: f32,
+}
+
+/// What is predicted of a pixel.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Predicted {
+    /// Cycles per pixel.
+    pub(super) bandwidth: f32,
+    /// Variance of one sample over the squared mean, both lights together.
+    pub(super) variance: f32,
+    /// Samples of the environment and of local lights.
+    pub(super) samples: [u16; 2],
+    /// Level of the pyramid, 0 the picture itself, −1 and −2 below.
+    pub(super) level: i8,
+}
+
+/// What a judge needs to know.
+pub(super) struct Judge<'a> {
+    pub(super) frame: &'a Frame,
+    pub(super) light: &'a FrameLight<'a>,
+    pub(super) lobes: &'a [Arc<Lobe>],
+    pub(super) settings: &'a BandwidthSettings,
+    /// Radians that a pixel spans at most.
+    pub(super) pixel_angle: f32,
+    /// ν_s of local lights, cycles per metre.
+    pub(super) local_bandwidth: f32,
+}
+
+impl<'a> Judge<'a> {
+    pub(super) fn new(
+        frame: &'a Frame,
+        light: &'a FrameLight<'a>,
+        lobes: &'a [Arc<Lobe>],
+        settings: &'a BandwidthSettings,
+        [width, height]: [usize; 2],
+    ) -> Self {
+        let view = frame.camera.view(width, height);
+        let middle = 0.5 * glam::Vec2::new(width as f32, height as f32);
+        let towards = |at| view.ray(at, glam::Vec2::splat(0.5), 0.0).direction;
+        let ahead = towards(middle);
+        // Chords, not arcs: a pixel of a wide picture of few pixels may span more than a right angle.
+        let angle = |step| (towards(middle + 0.5 * step) - towards(middle - 0.5 * step)).length();
+        let pixel_angle = angle(glam::Vec2::X).max(angle(glam::Vec2::Y));
+        debug_assert!(ahead.is_finite());
+        Self { frame, light, lobes, settings, pixel_angle, local_bandwidth: local_bandwidth(light) }
+    }
+
+    /// The surface and the way to the eye, without the texture.
+    pub(super) fn exit(point: &SurfacePoint) -> Exit {
+        Exit {
+            curvature: point.curvature[0],
+            distance: point.distance,
+            cos_exit: point.cos_exit(),
+            texture: 0.0,
+        }
+    }
+
+    /// Judges a point by n_b directions to the environment and a few to local lights.
+    pub(super) fn judge(&self, point: &SurfacePoint) -> Judgement {
+        let mut judged = Judgement::default();
+        let lobe = &self.lobes[point.material as usize];
+        let filtered = self.settings.mode == Mode::Preconvolved;
+        let target = self.settings.target_error();
+        let view = point.view();
+        let [x, y, z] = turned(point.axes(), view).map(|axis| self.light.to_map * axis);
+        let front = self.light.to_map * point.geometric_normal;
+        if self.light.environment.is_some() {
+            let probes = lobe.probes(view.z);
+            let (mut first, mut second, mut limited) = (0.0, 0.0, 0.0);
+            for probe in probes {
+                let direction = probe.direction.x * x + probe.direction.y * y + probe.direction.z * z;
+                let leaks = direction.dot(front) * probe.direction.z <= 0.0;
+                let gain = if leaks { 0.0 } else { probe.gain };
+                let solid_angle =
+                    if filtered { probe.solid_angle.max(probe.blurred * target) } else { probe.solid_angle };
+                let brought = self.light.brought(direction, solid_angle);
+                let weight = gain * brought.mean;
+                first += weight;
+                second +=
+                    gain * gain * if filtered { brought.mean * brought.mean } else { brought.mean_square };
+                limited += weight * brought.bandwidth.min(probe.lobe);
+            }
+            judged.mean[0] = first / probes.len() as f32;
+            judged.variance[0] = variance(first, second, probes.len());
+            judged.limited = if first > 0.0 { limited / first } else { 0.0 };
+        }
+        if self.light.has_local() && !matches!(lobe.directions, Directions::Single | Directions::None) {
+            self.judge_local(point, lobe, &mut judged);
+        }
+        judged
+    }
+
+    fn judge_local(&self, point: &SurfacePoint, lobe: &Lobe, judged: &mut Judgement) {
+        let exit = Self::exit(point);
+        let bsdf = point.bsdf(self.frame);
+        let (axes, mut view) = (point.axes(), point.view());
+        view.z *= point.side;
+        let (mut first, mut second, mut angular) = (0.0, 0.0, 0.0);
+        let count = self.settings.directions.min(LOCAL);
+        for i in 0..count {
+            let choice = ((i as f32 + 0.5) * 0.618_034).fract();
+            let Some(sample) = self.light.local.sample(point.position, choice, sequence(i, 5), 0.0) else {
+                continue;
+            };
+            let Arrival::From { point: from, radiance } = sample.arrival else { continue };
+            let cosine = point.normal.dot(sample.direction);
+            if point.geometric_normal.dot(sample.direction) * cosine <= 0.0 {
+                continue;
+            }
+            let [x, y, z] = axes.map(|axis| axis.dot(sample.direction));
+            let local = Vec3::new(x, y, point.side * z);
+            let weight = luminance(bsdf.eval(view, local) * radiance) / sample.pdf;
+            let rho = lobe.bandwidth.at(Vec3::new(x, y, z), point.view());
+            let at_eye = match from {
+                Some(from) => {
+                    let distance = from.distance(point.position);
+                    exit.local(self.local_bandwidth, distance, cosine.abs(), rho).angular
+                }
+                None => exit.distant(UNLIMITED, rho).angular,
+            };
+            first += weight;
+            second += weight * weight;
+            angular += weight * at_eye;
+        }
+        judged.mean[1] = first / count as f32;
+        judged.variance[1] = variance(first, second, count as usize);
+        judged.local = if first > 0.0 { angular / first } else { 0.0 };
+    }
+
+    /// What a judgement means for a pixel. `floor` is the luminance below which errors are not relative.
+    pub(super) fn predict(&self, point: &SurfacePoint, judged: &Judgement, floor: f32) -> Predicted {
+        let lobe = &self.lobes[point.material as usize];
+        let filtered = self.settings.mode == Mode::Preconvolved;
+        let exit = Self::exit(point);
+        let stretched = exit.magnification().abs() * exit.roundness(point.curvature[1]);
+        let total = judged.mean[0] + judged.mean[1];
+        let share = if total > 0.0 { judged.mean[1] / total } else { 0.0 };
+        let angular = (1.0 - share) * judged.limited * stretched + share * judged.local;
+        let bandwidth = (angular * self.pixel_angle + point.texture).min(UNLIMITED);
+        let target = self.settings.target_error();
+        let density = DENSITY * (DENSITY_ERROR / target).sqrt();
+        let level = pixel::level(bandwidth * density, -2, COARSEST) as i8;
+        let error = target * total.max(floor);
+        // Two lights share the error; each has half of its square.
+        let parts = if judged.mean[0] > 0.0 && judged.mean[1] > 0.0 { 2.0 } else { 1.0 };
+        let count = |kind: usize| {
+            let number = parts * judged.variance[kind] / (error * error)
+                * if filtered && kind == 0 { STRATIFIED } else { 1.0 };
+            // Converting saturates, NaN becomes 0.
+            (number.ceil() as u32).clamp(FEWEST, MOST_SAMPLES as u32) as u16
+        };
+        let samples = match lobe.directions {
+            Directions::None => [0, 0],
+            Directions::Single => [1, 0],
+            Directions::Table(_) | Directions::Own => [
+                if self.light.environment.is_some() { count(0) } else { 0 },
+                if self.light.has_local() { count(1) } else { 0 },
+            ],
+        };
+        let square = total.max(floor) * total.max(floor);
+        let variance = if square > 0.0 { (judged.variance[0] + judged.variance[1]) / square } else { 0.0 };
+        Predicted { bandwidth, variance, samples, level }
+    }
+}
+
+/// The variance of one of `count` values, from their sum and that of their squares.
+fn variance(sum: f32, squares: f32, count: usize) -> f32 {
+    let n = count as f32;
+    let spread = (squares / n - (sum / n) * (sum / n)).max(0.0);
+    // Of one value nothing is known but itself.
+    if count > 1 { (spread * n / (n - 1.0)).min(f32::MAX) } else { squares.min(f32::MAX) }
+}
+
+/// The axes turned about the normal so that the view, given in them, lies in the plane of the first and the third.
+#[inline]
+pub(super) fn turned([x, y, z]: [Vec3; 3], view: Vec3) -> [Vec3; 3] {
+    let across = view.x.hypot(view.y);
+    if across < 1e-6 {
+        return [x, y, z];
+    }
+    let (c, s) = (view.x / across, view.y / across);
+    [c * x + s * y, c * y - s * x, z]
+}
+
+/// ν_s of what shines nearby: 95 % of the power of a plain square of width w lies below 2/w along each axis; points
+/// have no limit. Of several lights the mean by strength.
+fn local_bandwidth(light: &FrameLight) -> f32 {
+    let (mut sum, mut total) = (0.0, 0.0);
+    // A mesh shines as one light.
+    let mut areas: Vec<(u32, f32)> = Vec::new();
+    for emitter in light.local.emitters() {
+        match areas.last_mut() {
+            Some((instance, area)) if *instance == emitter.instance => *area += emitter.area(),
+            _ => areas.push((emitter.instance, emitter.area())),
+        }
+    }
+    for emitter in light.local.emitters() {
+        let area = areas.iter().find(|(instance, _)| *instance == emitter.instance).map_or(0.0, |a| a.1);
+        let strength = emitter.strength();
+        if strength > 0.0 && area > 0.0 {
+            sum += strength * 2.0 / area.sqrt();
+            total += strength;
+        }
+    }
+    let points = light.local.deltas().iter().any(|light| !matches!(light, DeltaLight::Directional { .. }));
+    if points {
+        return UNLIMITED;
+    }
+    if total > 0.0 { (sum / total).min(UNLIMITED) } else { UNLIMITED }
+}
+
+/// The predictions of a picture.
+pub(super) struct Buffer {
+    pub(super) pixels: Vec<Predicted>,
+}
+
+impl Buffer {
+    pub(super) fn new(judge: &Judge, surfaces: &Surfaces) -> Self {
+        let (width, height) = (surfaces.width, surfaces.height);
+        let columns = (width - 1) / STRIDE + 2;
+        let rows = (height - 1) / STRIDE + 2;
+        let place = |i: usize, end: usize| (i * STRIDE).min(end - 1);
+        let lattice: Vec<Judgement> = (0..columns * rows)
+            .into_par_iter()
+            .with_min_len(columns)
+            .map(|i| {
+                let point = surfaces.at(place(i % columns, width), place(i / columns, height));
+                if point.is_there() { judge.judge(point) } else { Judgement::default() }
+            })
+            .collect();
+        let floor = DARK * mean(&lattice);
+        let mut pixels = vec![Predicted::default(); width * height];
+        pixels.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
+            let line = y / STRIDE;
+            for (x, predicted) in row.iter_mut().enumerate() {
+                let point = surfaces.at(x, y);
+                if !point.is_there() {
+                    continue;
+                }
+                let column = x / STRIDE;
+                let mut judged: Option<Judgement> = None;
+                for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+                    let at = surfaces.at(place(column + dx, width), place(line + dy, height));
+                    if at.is_of(point) && at.normal.dot(point.normal) > 0.5 {
+                        let other = &lattice[(line + dy) * columns + column + dx];
+                        judged = Some(judged.map_or(*other, |known| larger(&known, other)));
+                    }
+                }
+                let judged = judged.unwrap_or_else(|| judge.judge(point));
+                *predicted = judge.predict(point, &judged, floor);
+            }
+        });
+        Self { pixels }
+    }
+}
+
+/// The more demanding of two judgements.
+fn larger(a: &Judgement, b: &Judgement) -> Judgement {
+    let relative =
+        |j: &Judgement, kind: usize| j.variance[kind] / (j.mean[kind] * j.mean[kind]).max(f32::MIN_POSITIVE);
+    let pick = |kind: usize| if relative(a, kind) > relative(b, kind) { a } else { b };
+    let (first, second) = (pick(0), pick(1));
+    Judgement {
+        mean: [first.mean[0], second.mean[1]],
+        variance: [first.variance[0], second.variance[1]],
+        limited: a.limited.max(b.limited),
+        local: a.local.max(b.local),
+    }
+}
+
+/// Mean luminance of what was judged.
+fn mean(lattice: &[Judgement]) -> f32 {
+    let lit = lattice.iter().map(|j| j.mean[0] + j.mean[1]).filter(|&m| m > 0.0 && m.is_finite());
+    let (sum, count) = lit.fold((0.0f64, 0u32), |(sum, count), m| (sum + f64::from(m), count + 1));
+    if count > 0 { (sum / f64::from(count)) as f32 } else { 0.0 }
+}
