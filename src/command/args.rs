@@ -2,7 +2,7 @@
 
 use clap::{Args, Parser, Subcommand};
 
-use super::{bench, brdf, compare, completions, demo, examples, info, render, sh, spheres};
+use super::{bench, brdf, compare, completions, demo, examples, explain, info, render, sh, spheres};
 
 /// A renderer for scenes that move, lit from everywhere, made of measured materials.
 #[derive(Debug, Parser)]
@@ -48,6 +48,9 @@ pub(crate) enum Command {
     /// Render the demo scenes that are built in
     #[command(after_help = examples::after_help("demo"))]
     Demo(demo::DemoArgs),
+    /// Say why a pixel is shaded as it is: its bandwidth step by step, its level and its samples
+    #[command(after_help = examples::after_help("explain"))]
+    Explain(explain::ExplainArgs),
     /// Measure speed and memory, and print tables
     #[command(after_help = examples::after_help("bench"))]
     Bench(bench::BenchArgs),

@@ -65,6 +65,30 @@ pub(crate) const DEMOS: &[Demo] = &[
         technique: "shexp",
         files: &[SOFT_SUN, model!("cone-man.glb")],
     },
+    Demo {
+        name: "three-paints",
+        text: include_str!("../../scenes/three-paints.toml"),
+        technique: "bandwidth",
+        files: &[model!("marble.png")],
+    },
+    Demo {
+        name: "lamp-lit",
+        text: include_str!("../../scenes/lamp-lit.toml"),
+        technique: "bandwidth",
+        files: &[],
+    },
+    Demo {
+        name: "red-whale",
+        text: include_str!("../../scenes/red-whale.toml"),
+        technique: "bandwidth",
+        files: &[model!("whale.glb")],
+    },
+    Demo {
+        name: "hammered",
+        text: include_str!("../../scenes/hammered.toml"),
+        technique: "bandwidth",
+        files: &[model!("hammered.png"), model!("marble.png")],
+    },
 ];
 
 /// Before the name of a demo, wherever a scene file is expected: `demo:still-life`.

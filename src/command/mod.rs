@@ -8,6 +8,7 @@ mod completions;
 mod console;
 mod demo;
 mod examples;
+mod explain;
 mod failure;
 mod info;
 mod interrupt;
@@ -74,6 +75,7 @@ fn execute(cli: Cli, console: Console) -> Result<(), Failure> {
         Command::Sh(args) => sh::run(&args, console),
         Command::Spheres(args) => spheres::run(&args, console),
         Command::Demo(args) => demo::run(&args, console),
+        Command::Explain(args) => explain::run(&args, console),
         Command::Bench(args) => bench::run(&args, console),
         Command::Completions(args) => completions::run(&args, console),
     }

@@ -1,5 +1,6 @@
 //! `halflight bench`: how fast it is and how much memory it takes, measured here and now.
 
+mod bandwidth;
 mod build;
 mod clock;
 mod memory;
@@ -56,11 +57,13 @@ enum Name {
     ShadowFields,
     /// Kernels of spherical harmonics
     Sh,
+    /// The technique `bandwidth` against forward shading at equal error, its stages, and how its cost grows
+    Bandwidth,
     /// The technique `shexp` on three moving scenes, and how its cost grows
     Shexp,
 }
 
-const ALL: [Name; 8] = [
+const ALL: [Name; 9] = [
     Name::Rays,
     Name::Build,
     Name::Path,
@@ -69,6 +72,7 @@ const ALL: [Name; 8] = [
     Name::ShadowFields,
     Name::Sh,
     Name::Shexp,
+    Name::Bandwidth,
 ];
 
 /// A table with what one must know to read it.
@@ -97,6 +101,10 @@ pub(crate) fn run(args: &BenchArgs, console: Console) -> Result<(), Failure> {
             Name::Samplers => samplers::measure(args),
             Name::ShadowFields => shadow_fields::measure(args)?,
             Name::Sh => sh::measure(args)?,
+            Name::Bandwidth => {
+                tell(console, &bandwidth::equal_quality(args)?);
+                bandwidth::growth(args)?
+            }
             Name::Shexp => {
                 tell(console, &shexp::scenes(args)?);
                 tell(console, &shexp::errors(args)?);

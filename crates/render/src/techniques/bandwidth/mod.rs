@@ -14,10 +14,14 @@
 //! | `predict`, `pyramid` | the bandwidth buffer |
 //! | `hierarchy` | which pixels are shaded |
 //! | `shade` | the radiance of one |
+//! | `antialias` | edges and what varies within a pixel |
+//! | `explain` | the chain of one pixel, in words |
 //!
 //! Source: seed \[001\] (Bagher et al. 2013), corrected as `docs/errata.md` says. Costs: `halflight bench bandwidth`.
 
+mod antialias;
 mod curvature;
+mod explain;
 mod hierarchy;
 mod light;
 mod lobes;
@@ -28,6 +32,8 @@ mod pyramid;
 mod settings;
 mod shade;
 mod surface;
+#[cfg(test)]
+mod tests;
 
 use std::sync::Arc;
 
@@ -66,6 +72,8 @@ struct Look {
     buffer: Option<Buffer>,
     /// Pixels that show a surface.
     covered: usize,
+    /// Pixels that were looked through more than once.
+    finer: usize,
 }
 
 impl BandwidthTechnique {
@@ -99,7 +107,7 @@ impl BandwidthTechnique {
         let covered = surfaces.points.par_iter().filter(|p| p.is_there()).count();
         if self.settings.is_exhaustive() {
             let shaded = stages.time("shading", || shade_all(shader, &surfaces));
-            return Look { shaded, buffer: None, covered };
+            return Look { shaded, buffer: None, covered, finer: 0 };
         }
         let buffer = stages.time("bandwidth", || {
             curvature::measure(&mut surfaces, |point, across, along| {
@@ -108,8 +116,20 @@ impl BandwidthTechnique {
             let judge = Judge::new(frame, shader.light, shader.lobes, &self.settings, size);
             Buffer::new(&judge, &surfaces)
         });
-        let shaded = stages.time("shading", || hierarchy::shade(shader, &surfaces, &buffer));
-        Look { shaded, buffer: Some(buffer), covered }
+        let mut shaded = stages.time("shading", || hierarchy::shade(shader, &surfaces, &buffer));
+        let side = match self.settings.antialias {
+            Antialias::One => 1,
+            Antialias::Four => 2,
+            Antialias::Sixteen => 4,
+        };
+        let finer = if side > 1 {
+            stages.time("antialiasing", || {
+                antialias::refine(shader, &surfaces, &buffer, &mut shaded, side, offset)
+            })
+        } else {
+            0
+        };
+        Look { shaded, buffer: Some(buffer), covered, finer }
     }
 }
 
@@ -223,6 +243,10 @@ impl BandwidthTechnique {
                 samples as f64 / shaded.max(1) as f64,
                 memory as f64 / 1e6,
             ));
+        }
+        if self.settings.antialias != Antialias::One && look.buffer.is_some() {
+            let share = 100.0 * look.finer as f64 / look.shaded.pixels.len() as f64;
+            notes.push(format!("{share:.1} % of all pixels are antialiased"));
         }
         notes
     }
