@@ -99,6 +99,9 @@ fn shading_between_the_points_of_a_lattice_changes_less_than_one_step_of_a_scree
             every.iter().zip(&between).map(|(a, b)| (a - b).abs()).sum::<f64>() / every.len() as f64;
         println!("stride {stride}: {:.2} steps", 255.0 * changed / white);
         assert!(changed < white / 255.0, "stride {stride}: {changed} of {white}");
+        let worst = every.iter().zip(&between).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        println!("stride {stride}: at worst {:.1} steps", 255.0 * worst / white);
+        assert!(worst < 12.0 * white / 255.0, "stride {stride}: at worst {worst} of {white}");
     }
 }
 

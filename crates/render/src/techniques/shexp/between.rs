@@ -19,8 +19,9 @@ use crate::sh_light::{Colors, axes};
 const OFF_PLANE: f32 = 0.35;
 /// Cosine between the normals of a pixel and a corner at least.
 const TURNED: f32 = 0.8;
-/// What the corners that count must weigh together.
-const ENOUGH: f32 = 0.4;
+/// What the corners that count must weigh together: with less, light would be carried past the last of them, which shows
+/// at contacts.
+const ENOUGH: f32 = 0.9;
 
 /// A point where light is known.
 #[derive(Clone, Copy)]
