@@ -51,6 +51,11 @@ pub fn load_model(path: &Path) -> Result<Model, LoadError> {
     }
 }
 
+/// A text without the mark of UTF-8 (U+FEFF) that some editors write before the first word.
+fn without_mark(bytes: &[u8]) -> &[u8] {
+    bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes)
+}
+
 /// The file's name without folder and extensions: of `a/bunny.ply.xz` it is `bunny`.
 fn model_name(path: &Path) -> String {
     let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();

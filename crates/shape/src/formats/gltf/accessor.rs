@@ -86,7 +86,9 @@ impl<'a> Document<'a> {
         let kind = self.component(accessor.component_type, index)?;
         let scale = if accessor.normalized { kind.normalizer() } else { 1.0 };
         let low = if accessor.normalized { -1.0 } else { f64::NEG_INFINITY };
-        let values = self.elements(accessor, index, [0f32; N], |value| (value * scale).max(low) as f32)?;
+        // Not `max`, which would make a number of what is none.
+        let bounded = |value: f64| if value < low { low } else { value };
+        let values = self.elements(accessor, index, [0f32; N], |value| bounded(value * scale) as f32)?;
         match values.iter().flatten().position(|value| !value.is_finite()) {
             Some(i) => {
                 let value = values[i / N][i % N];

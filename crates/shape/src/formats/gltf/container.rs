@@ -10,7 +10,7 @@ use halflight_file::{LoadError, Place};
 
 use super::ASKED;
 use super::json::Root;
-use crate::formats::Resolver;
+use crate::formats::{Resolver, without_mark};
 
 /// The parts of a file.
 pub(super) struct Container<'a> {
@@ -32,7 +32,7 @@ pub(super) fn open<'a>(
         let chunks = chunks(bytes).map_err(|(offset, found)| error(found).at(Place::Byte(offset as u64)))?;
         (chunks.json, chunks.json_start, chunks.binary)
     } else {
-        (bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes), 0, None)
+        (without_mark(bytes), 0, None)
     };
     let root: Root = serde_json::from_slice(json).map_err(|e| {
         let found = format!("the JSON is not glTF's: {}", without_place(&e));
@@ -89,7 +89,24 @@ pub(super) fn fetch(
     match data_uri(uri) {
         Some(Ok(data)) => Ok(data),
         Some(Err(found)) => Err(LoadError::new(asked, name, found)),
-        None => companions.bytes(&percent_decoded(uri), asked, name),
+        None => companions.bytes(&local_name(uri).map_err(|e| LoadError::new(asked, name, e))?, asked, name),
+    }
+}
+
+/// The name of the file beside the model that a URI stands for; one that lies elsewhere is said to.
+pub(super) fn local_name(uri: &str) -> Result<String, String> {
+    // RFC 3986: a letter, then letters, digits and a few signs. A single letter is a drive of Windows.
+    let scheme = uri.split_once(':').map(|(scheme, _)| scheme).filter(|scheme| {
+        scheme.len() > 1
+            && scheme.starts_with(|c: char| c.is_ascii_alphabetic())
+            && scheme.chars().all(|c| c.is_ascii_alphanumeric() || "+-.".contains(c))
+    });
+    match scheme {
+        Some(_) => {
+            let shown: String = uri.chars().take(60).collect();
+            Err(format!("it refers to {}, and only files beside it are read", shown.escape_debug()))
+        }
+        None => Ok(percent_decoded(uri)),
     }
 }
 
@@ -130,7 +147,7 @@ fn base64(text: &[u8]) -> Option<Vec<u8>> {
 }
 
 /// `%20` and its like to the bytes they stand for (RFC 3986).
-pub(super) fn percent_decoded(uri: &str) -> String {
+fn percent_decoded(uri: &str) -> String {
     let mut bytes = Vec::with_capacity(uri.len());
     let mut rest = uri.as_bytes();
     while let Some((&byte, after)) = rest.split_first() {

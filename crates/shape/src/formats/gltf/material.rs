@@ -6,7 +6,7 @@ use glam::{Affine2, Mat2, Vec2, Vec3, Vec4};
 use halflight_file::LoadError;
 
 use super::accessor::Document;
-use super::container::{data_uri, percent_decoded};
+use super::container::{data_uri, local_name};
 use super::json::{Material, TextureInfo};
 use crate::formats::resolve::Located;
 use crate::model::{AlphaMode, ModelImage, ModelMaterial, ModelTexture, Wrap};
@@ -188,10 +188,13 @@ fn load_image(source: usize, who: &str, file: &Document) -> Result<ModelImage, L
         (Some(uri), _) => match data_uri(uri) {
             Some(Ok(bytes)) => Ok(ModelImage::Encoded { bytes, name }),
             Some(Err(found)) => Err(file.error(format!("{name}: {found}"))),
-            None => Ok(match file.companions.locate(&percent_decoded(uri), "glTF texture", file.name)? {
-                Located::File(path) => ModelImage::File(path),
-                Located::Bytes(bytes) => ModelImage::Encoded { bytes, name: uri.clone() },
-            }),
+            None => {
+                let local = local_name(uri).map_err(|found| file.error(format!("{name}: {found}")))?;
+                Ok(match file.companions.locate(&local, "glTF texture", file.name)? {
+                    Located::File(path) => ModelImage::File(path),
+                    Located::Bytes(bytes) => ModelImage::Encoded { bytes, name: uri.clone() },
+                })
+            }
         },
         (None, Some(view)) => Ok(ModelImage::Encoded { bytes: file.view(view, &name)?.to_vec(), name }),
         (None, None) => Err(file.error(format!("{name} has neither a URI nor a buffer view"))),

@@ -406,11 +406,26 @@ fn ranges_outside_their_buffers_and_claims_without_bytes_are_refused() {
 }
 
 #[test]
+fn addresses_in_the_net_are_said_not_to_be_files() {
+    let text =
+        r#"{"asset": {"version": "2.0"}, "buffers": [{"byteLength": 4, "uri": "http://a.org/b.bin"}]}"#;
+    let refused = decode_gltf(text.as_bytes(), Path::new("a.gltf"), &Resolver::memory());
+    let message = refused.expect_err("not a file").to_string();
+    assert!(
+        message.contains("it refers to http://a.org/b.bin, and only files beside it are read"),
+        "{message}"
+    );
+}
+
+#[test]
 fn numbers_that_are_not_finite_and_indices_out_of_range_are_refused() {
     for bad in [f32::NAN, f32::INFINITY, 1e20] {
         let mut file = File::square();
         file.binary[4..8].copy_from_slice(&bad.to_le_bytes());
         assert!(file.message().contains("POSITION"), "{}", file.message());
+        if !bad.is_finite() {
+            assert!(file.message().ends_with(&format!("is {bad}")), "{}", file.message());
+        }
     }
     let mut file = File::square();
     let indices = file.numbers("SCALAR", 5121, &[0, 1, 4], 3);

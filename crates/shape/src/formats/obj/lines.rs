@@ -1,4 +1,7 @@
 //! Lines of OBJ and MTL files: statements of words, comments after `#`, a `\` at the end goes on in the next line.
+//! Lines end in LF or CR LF, or in CR where there is no LF at all; a byte-order mark before the first is skipped.
+
+use crate::formats::without_mark;
 
 /// A statement and where it begins.
 pub(super) struct Statement<'a> {
@@ -13,7 +16,8 @@ pub(super) struct Statement<'a> {
 pub(super) fn statements<E>(bytes: &[u8], mut each: impl FnMut(Statement) -> Result<(), E>) -> Result<(), E> {
     let mut joined = String::new();
     let mut begun = 0;
-    for (number, line) in bytes.split(|b| *b == b'\n').enumerate() {
+    let line_end = if bytes.contains(&b'\n') { b'\n' } else { b'\r' };
+    for (number, line) in without_mark(bytes).split(|b| *b == line_end).enumerate() {
         let text = String::from_utf8_lossy(line);
         let mut text = text.trim_end_matches('\r');
         if let Some((before, _)) = text.split_once('#') {

@@ -26,6 +26,22 @@ fn polygons_and_negative_indices_become_triangles() {
 }
 
 #[test]
+fn a_byte_order_mark_is_skipped_and_lines_may_end_in_carriage_returns_alone() {
+    let text = format!("{SQUARE}usemtl a\nmtllib a.mtl\nf 1 2 3 4\n");
+    let library = "newmtl a\nKd 0 1 0\n";
+    let plain = decode(&format!("{SQUARE}f 1 2 3 4\n")).expect("fine");
+    for form in [|text: &str| format!("\u{feff}{text}"), |text: &str| text.replace('\n', "\r")] {
+        let companions = Resolver::memory().with("a.mtl", form(library).into_bytes());
+        let model = decode_obj(form(&text).as_bytes(), Path::new("a/shape.obj"), &companions).expect("fine");
+        assert_eq!(model.meshes[0].mesh.positions, plain.meshes[0].mesh.positions);
+        assert_eq!(model.meshes[0].mesh.triangles, plain.meshes[0].mesh.triangles);
+        assert_eq!(model.materials[0].base_color, glam::Vec4::new(0.0, 1.0, 0.0, 1.0));
+        assert!(model.warnings.is_empty(), "{:?}", model.warnings);
+    }
+    assert!(message("v 0 0 0\rv 1 0\r").contains("line 2: a position has 2 numbers"));
+}
+
+#[test]
 fn faces_may_stand_before_their_vertices() {
     assert_eq!(decode(&format!("f 1 2 3\n{SQUARE}")).expect("fine").triangle_count(), 1);
     assert!(message("f 1 2 3\nv 0 0 0\n").contains("line 1: a face refers to position 3, but there are 1"));

@@ -25,7 +25,7 @@ pub use write::write_ply;
 
 use self::header::Encoding;
 use self::source::{Ascii, Binary};
-use super::model_name;
+use super::{model_name, without_mark};
 use crate::Model;
 
 pub(super) const ASKED: &str = "PLY mesh";
@@ -36,6 +36,7 @@ pub(super) const ASKED: &str = "PLY mesh";
 /// Anything that does not follow the format, indices out of range, and numbers that are not finite, with the
 /// line (text) or the byte (binary).
 pub fn decode_ply(bytes: &[u8], name: &Path) -> Result<Model, LoadError> {
+    let bytes = without_mark(bytes);
     let header = header::parse(bytes, name)?;
     let outcome = match header.encoding {
         Encoding::Ascii => read::body(&header, &mut Ascii::new(bytes, header.body)),

@@ -20,6 +20,14 @@ fn mesh(bytes: &[u8]) -> TriangleMesh {
     TriangleMesh::clone(&model.meshes[0].mesh)
 }
 
+#[test]
+fn a_byte_order_mark_before_the_first_line_is_skipped() {
+    let text = b"\xEF\xBB\xBFply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
+        property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n\
+        0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+    assert_eq!(mesh(text).positions, [Vec3::ZERO, Vec3::X, Vec3::Y]);
+}
+
 /// A number in one of the types of the format.
 fn put(bytes: &mut Vec<u8>, encoding: &str, kind: &str, value: f64) {
     if encoding == "ascii" {
