@@ -74,6 +74,12 @@ impl<'a> Bsdf<'a> {
         Self { opacity, ..self }
     }
 
+    /// The surface where it is there: nothing goes straight through.
+    #[must_use]
+    pub fn solid(self) -> Self {
+        Self { opacity: 1.0, ..self }
+    }
+
     /// Lambert's surface, two-sided.
     pub fn diffuse(albedo: Vec3) -> Bsdf<'static> {
         Bsdf::new(Lobe::Diffuse(Diffuse { albedo }), true)

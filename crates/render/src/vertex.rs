@@ -20,6 +20,8 @@ pub struct Vertex<'a> {
     pub towards_eye: Vec3,
     /// The same in the local frame.
     pub wo: Vec3,
+    /// Whether the ray was stopped by chance where the surface is there only in part: then what shines shines wholly.
+    solid: bool,
 }
 
 impl<'a> Vertex<'a> {
@@ -46,7 +48,14 @@ impl<'a> Vertex<'a> {
         }
         let axes = [tangent, normal.cross(tangent), normal];
         let wo = to_local(&axes, towards_eye);
-        Self { surface, material, bsdf: material.bsdf(&input), axes, towards_eye, wo }
+        Self { surface, material, bsdf: material.bsdf(&input), axes, towards_eye, wo, solid: false }
+    }
+
+    /// [`Vertex::new`] at a hit of which chance has decided that it stops the ray: what is there is solid.
+    #[inline]
+    pub(crate) fn stopped(frame: &'a Frame, ray: &Ray, hit: &Hit) -> Self {
+        let vertex = Self::new(frame, ray, hit);
+        Self { bsdf: vertex.bsdf.solid(), solid: true, ..vertex }
     }
 
     /// From world space to the local frame.
@@ -84,7 +93,11 @@ impl<'a> Vertex<'a> {
         if !front && !self.material.two_sided {
             return Vec3::ZERO;
         }
-        self.material.emitted(&SurfaceInput { uv: self.surface.uv, color: Vec3::ONE })
+        let uv = self.surface.uv;
+        match &self.material.emission {
+            Some(emission) if self.solid => emission.at(uv),
+            _ => self.material.emitted(&SurfaceInput { uv, color: Vec3::ONE }),
+        }
     }
 }
 

@@ -183,6 +183,9 @@ record! {
         /// Repetitions over the texture coordinates, across and down.
         #[example = "[4, 4]"]
         repeat: Vec2 = Vec2::ONE,
+        /// What is seen beyond its borders.
+        #[example = "\"clamp\""]
+        wrap: WrapName = WrapName::Repeat,
     }
 }
 
@@ -197,7 +200,12 @@ impl ReadValue for NormalMapSpec {
     fn read_value(value: &Value, reader: &mut Reader) -> Option<Self> {
         if let Kind::Text(_) = value.kind {
             let file = FilePath::read_value(value, reader)?;
-            return Some(Self(NormalMapTable { file, scale: 1.0, repeat: Vec2::ONE }));
+            return Some(Self(NormalMapTable {
+                file,
+                scale: 1.0,
+                repeat: Vec2::ONE,
+                wrap: WrapName::Repeat,
+            }));
         }
         NormalMapTable::read_value(value, reader).map(Self)
     }
@@ -222,6 +230,10 @@ record! {
         /// The value that stays where it is.
         #[example = "0.5"]
         middle: f32 = 0.0,
+        /// What counts beyond the picture's borders. Without it: "clamp" where all texture coordinates of the mesh are
+        /// from 0 to 1, so that opposite borders do not mix, and "repeat" elsewhere.
+        #[example = "\"repeat\""]
+        wrap: Option<WrapName>,
         /// Longest edge after the mesh has been cut finer for it. Without it, a hundredth of the mesh's diagonal.
         #[unit = "metres, in the shape's own space"]
         #[example = "0.01"]
@@ -243,9 +255,8 @@ record! {
         #[example = "\"bricks_normal.png\""]
         normal_map: Option<NormalMapSpec>,
         /// How much of it is there, from 0 to 1; light goes straight through the rest. Of a texture the alpha channel
-        /// counts unless it says otherwise. Lights without extent throw solid shadows of it all the same: the others
-        /// are found through it by chance, as through a window, and each passage is one scattering of the
-        /// technique's depth. Layers show it as if it were solid.
+        /// counts unless it says otherwise. Shadows have the same holes; a passage counts as no scattering. Layers and
+        /// techniques other than `path` show it as if it were solid.
         #[example = "\"leaf.png\""]
         opacity: Option<ScalarSetting> => fraction(),
         /// Instead of letting a part through: there, wholly, where the opacity is at least this, else not at all.

@@ -17,6 +17,7 @@ impl Integrator<'_> {
         let mut throughput = Vec3::ONE;
         let mut departure: Option<Departure> = None;
         for depth in 0.. {
+            hit = self.cutouts.stopping(frame, &mut ray, hit);
             let Some(found) = hit else {
                 if let Some(environment) = lights.environment() {
                     let point = environment.locate(ray.direction);
@@ -25,7 +26,7 @@ impl Integrator<'_> {
                 }
                 break;
             };
-            let vertex = Vertex::new(frame, &ray, &found);
+            let vertex = Vertex::stopped(frame, &ray, &found);
             radiance += self.emitted_by(&vertex, throughput, departure.as_ref(), ray.time, depth);
             if depth >= self.settings.max_depth {
                 break;
@@ -50,7 +51,9 @@ impl Integrator<'_> {
         let light = lights.sample(vertex.surface.position, u[2], Vec2::new(u[0], u[1]), time);
         let Some(light) = light else { return Vec3::ZERO };
         let Some((scattered, scale)) = scattered(vertex, &light) else { return Vec3::ZERO };
-        if self.frame.world.occluded(&shadow_ray(vertex, &light, time)) {
+        let ray = shadow_ray(vertex, &light, time);
+        let blocked = self.frame.world.occluded(&ray);
+        if blocked && (!self.cutouts.any || self.cutouts.blocked(self.frame, &ray)) {
             return Vec3::ZERO;
         }
         let radiance = match light.arrival {

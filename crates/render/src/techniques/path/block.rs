@@ -98,7 +98,8 @@ impl<'a> Integrator<'a> {
             samplers.next_four(arrived, &mut block.numbers);
             under_way = self.scatter(block, depth, &u_lobe, &mut samplers);
             *rays += under_way as u64;
-            if depth + 1 >= self.settings.max_depth && self.frame.lights.emitters().is_empty() {
+            let nothing_shines = self.frame.lights.emitters().is_empty() && !self.cutouts.any;
+            if depth + 1 >= self.settings.max_depth && nothing_shines {
                 return self.look_for_environment(block, under_way, depth + 1);
             }
             for (ray, hit) in block.rays[..under_way].iter().zip(&mut block.hits) {
@@ -117,13 +118,14 @@ impl<'a> Integrator<'a> {
         let mut ended = [block.paths[0]; LANES];
         for i in 0..under_way {
             let path = block.paths[i];
-            let Some(hit) = &block.hits[i] else {
+            let hit = self.cutouts.stopping(frame, &mut block.rays[i], block.hits[i]);
+            let Some(hit) = &hit else {
                 (ended[escaped], block.directions[escaped]) = (path, block.rays[i].direction);
                 escaped += 1;
                 continue;
             };
             let place = block.vertices.len();
-            block.vertices.push(Vertex::new(frame, &block.rays[i], hit));
+            block.vertices.push(Vertex::stopped(frame, &block.rays[i], hit));
             (block.paths[place], arrived[place]) = (path, i as u8);
         }
         if escaped > 0
@@ -160,7 +162,7 @@ impl<'a> Integrator<'a> {
             block.shadows.push(shadow, shadow_ray(vertex, light, paths[i].time));
         }
         *rays += block.shadows.len() as u64;
-        block.shadows.trace(world);
+        block.shadows.trace(self.frame, self.cutouts);
         for (shadow, radiance) in block.shadows.arriving(world.simd(), lights.environment()) {
             let path = &paths[shadow.vertex as usize];
             let direct = shadow.scattered * radiance * shadow.scale;

@@ -11,6 +11,7 @@ use halflight_scene::lights::{Arrival, LightSample, MapPoint};
 use halflight_trace::Ray;
 
 use super::PathSettings;
+use crate::cutouts::Cutouts;
 use crate::vertex::Vertex;
 
 /// A path never survives the roulette with more than this, so that even white enclosures end.
@@ -20,6 +21,7 @@ const MAX_SURVIVAL: f32 = 0.95;
 pub(super) struct Integrator<'a> {
     pub(super) frame: &'a Frame,
     pub(super) settings: PathSettings,
+    pub(super) cutouts: Cutouts,
 }
 
 /// How the ray that is under way was chosen, for the weight of the light it may find.
@@ -27,6 +29,12 @@ pub(super) struct Integrator<'a> {
 pub(super) struct Departure {
     position: Vec3,
     pdf: f32,
+}
+
+impl<'a> Integrator<'a> {
+    pub(super) fn new(frame: &'a Frame, settings: PathSettings) -> Self {
+        Self { frame, settings, cutouts: Cutouts::of(frame) }
+    }
 }
 
 impl Integrator<'_> {

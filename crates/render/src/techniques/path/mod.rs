@@ -60,7 +60,7 @@ impl Technique for Path {
         let unlimited = budget.seconds.is_none() && budget.error.is_none();
         let target = budget.samples.unwrap_or(if unlimited { DEFAULT_SAMPLES } else { MAX_SAMPLES });
         let camera = CameraSampler::new(frame, film.width(), film.height(), budget.seed);
-        let integrator = Integrator { frame, settings: self.settings };
+        let integrator = Integrator::new(frame, self.settings);
         let rays = AtomicU64::new(0);
         let interrupted = AtomicBool::new(false);
         let mut report = RenderReport::default();

@@ -1,12 +1,14 @@
 //! The shadow rays of a block: whether anything is in their way, and what arrives where nothing is.
 //!
-//! They go everywhere, so they are traced as [`World::occluded_scattered`] does it. (Packets of those that go towards a
+//! They go everywhere, so they are traced as `World::occluded_scattered` does it. (Packets of those that go towards a
 //! sun, found by the density with which they were drawn, were measured: no gain beside it.)
 
 use glam::Vec3;
+use halflight_scene::Frame;
 use halflight_scene::lights::{Arrival, Environment, MapPoint};
-use halflight_trace::{Ray, Simd, World};
+use halflight_trace::{Ray, Simd};
 
+use crate::cutouts::Cutouts;
 use crate::samplers::LANES;
 
 /// Light on its way to a vertex, if nothing is in between.
@@ -60,8 +62,13 @@ impl Shadows {
     }
 
     /// Finds out which rays are blocked, and forgets those.
-    pub(super) fn trace(&mut self, world: &World) {
-        world.occluded_scattered(&self.rays[..self.count], &mut self.blocked[..self.count]);
+    pub(super) fn trace(&mut self, frame: &Frame, cutouts: Cutouts) {
+        frame.world.occluded_scattered(&self.rays[..self.count], &mut self.blocked[..self.count]);
+        if cutouts.any {
+            for (blocked, ray) in self.blocked[..self.count].iter_mut().zip(&self.rays) {
+                *blocked = *blocked && cutouts.blocked(frame, ray);
+            }
+        }
         let mut free = 0;
         for i in (0..self.count).filter(|&i| !self.blocked[i]) {
             self.shadows[free] = self.shadows[i];

@@ -33,6 +33,10 @@ type = "dielectric"
 ior = 1.5
 [material.mirror]
 type = "mirror"
+[material.veil]
+type = "diffuse"
+albedo = [0.7, 0.7, 0.3]
+opacity = 0.4
 [[shape]]
 type = "plane"
 y = 0
@@ -50,6 +54,10 @@ transform = { scale = 0.6, translate = [0.8, 0.3, 0] }
 type = "box"
 material = "shiny"
 transform = { scale = 0.4, translate = [0, 0.3, -0.3] }
+[[shape]]
+type = "box"
+material = "veil"
+transform = { scale = 0.3, translate = [-0.4, 0.9, 0.6] }
 [[shape]]
 type = "sphere"
 center = [0.3, 0.3, 0.9]
@@ -96,7 +104,7 @@ fn the_paths_of_a_block_bring_what_each_would_bring_alone() {
             PathSettings { max_depth: 0, ..PathSettings::default() },
             PathSettings { max_depth: 6, roulette_depth: 1, clamp: Some(2.0) },
         ] {
-            let integrator = Integrator { frame: &frame, settings };
+            let integrator = Integrator::new(&frame, settings);
             let camera = CameraSampler::new(&frame, 48, 40, 3);
             let mut block = Block::new();
             for sample in 0..4 {
@@ -123,4 +131,52 @@ fn the_paths_of_a_block_bring_what_each_would_bring_alone() {
         }
         assert!(lit > 0);
     }
+}
+
+/// The mean radiance of a picture of 48 by 40 pixels.
+fn mean(text: &str, samples: u32) -> f64 {
+    let frame = frame(text);
+    let mut film = Film::new(48, 40);
+    let budget = Budget { samples: Some(samples), ..Budget::default() };
+    Path::default().render(&frame, &mut film, &budget, &crate::technique::Quiet).unwrap();
+    let pixels = film.image().pixels;
+    pixels.iter().map(|p| f64::from(p[0] + p[1] + p[2])).sum::<f64>() / (3 * pixels.len()) as f64
+}
+
+#[test]
+fn a_surface_that_is_not_there_throws_no_shadow_and_half_of_one_throws_half() {
+    const GROUND: &str = r#"
+[camera]
+origin = [0, 4, 0.01]
+target = [0, 0, 0]
+vertical_fov_degrees = 40
+[environment]
+type = "constant"
+color = 0
+[[light]]
+type = "point"
+position = [0, 3, 0.5]
+intensity = [5, 5, 5]
+[material.ground]
+type = "diffuse"
+albedo = [0.5, 0.5, 0.5]
+[[shape]]
+type = "plane"
+y = 0
+half_extent = 5
+material = "ground"
+"#;
+    let card = |opacity: f32| {
+        format!(
+            "{GROUND}[material.card]\ntype = \"diffuse\"\nalbedo = [0, 0, 0]\nopacity = {opacity}\n\
+             [[shape]]\ntype = \"rectangle\"\nmaterial = \"card\"\n\
+             transform = {{ scale = 5, rotate_degrees = [90, 0, 0], translate = [0, 2, 0] }}\n"
+        )
+    };
+    let (open, none, half, solid) =
+        (mean(GROUND, 4), mean(&card(0.0), 4), mean(&card(0.5), 256), mean(&card(1.0), 4));
+    assert!((none / open - 1.0).abs() < 1e-4, "{none} {open}");
+    // Seen through the card, and lit through it.
+    assert!((half / open - 0.25).abs() < 0.01, "{half} {open}");
+    assert!(solid.abs() < 1e-6, "{solid}");
 }
