@@ -7,6 +7,14 @@ use crate::{LoadError, nearest_name};
 /// and small enough that a file made to unpack without end stops.
 pub const MAX_FILE_BYTES: u64 = 8 << 30;
 
+/// How many times larger than its packing a file may be, beyond [`FREE_BYTES`]. xz packs a run of one byte almost
+/// seven thousand times smaller; the meshes and tables that are worth packing stay below a hundred.
+const MOST_RATIO: u64 = 1000;
+
+/// What a packed file may unpack to whatever its ratio: twice a table of measured reflectances, which may well be
+/// of one colour.
+const FREE_BYTES: u64 = 64 << 20;
+
 /// How much memory the xz dictionary may take, in KiB; the strongest preset (`xz -9`) asks for 64 MiB.
 const XZ_MEMORY_KIB: u32 = 256 << 10;
 
@@ -38,17 +46,20 @@ pub fn read(path: &Path, asked: &str) -> Result<Vec<u8>, LoadError> {
 /// Unpacks an xz stream that was read from `path`.
 ///
 /// # Errors
-/// Damaged or truncated packing, a dictionary larger than any preset uses, or more than [`MAX_FILE_BYTES`].
+/// Damaged or truncated packing, a dictionary larger than any preset uses, more than [`MAX_FILE_BYTES`], or a file
+/// that is made to grow: of more than 64 MiB and two hundred times its packing.
 pub fn unpack_xz(packed: &[u8], path: &Path, asked: &str) -> Result<Vec<u8>, LoadError> {
     let error = |found: String| LoadError::new(asked, path, found).hint("check the file with `xz --test`");
     let reader = lzma_rust2::XzReader::new_mem_limit(Cursor::new(packed), true, XZ_MEMORY_KIB);
+    let limit = MAX_FILE_BYTES.min(FREE_BYTES + MOST_RATIO * packed.len() as u64);
     let mut bytes = Vec::new();
     reader
-        .take(MAX_FILE_BYTES + 1)
+        .take(limit + 1)
         .read_to_end(&mut bytes)
         .map_err(|e| error(format!("the xz packing is damaged or cut short: {e}")))?;
-    if bytes.len() as u64 > MAX_FILE_BYTES {
-        return Err(error(format!("it unpacks to more than the limit of {MAX_FILE_BYTES} bytes")));
+    if bytes.len() as u64 > limit {
+        let found = format!("its {} bytes unpack to more than the limit of {limit}", packed.len());
+        return Err(LoadError::new(asked, path, found).hint("unpack it with `xz -d` if it is meant to be so"));
     }
     Ok(bytes)
 }

@@ -26,6 +26,25 @@ fn damaged_packing_is_an_error_and_not_a_panic() {
     }
 }
 
+/// `count` zeros, packed.
+fn packed_zeros(count: usize) -> Vec<u8> {
+    let options = lzma_rust2::XzOptions::with_preset(0);
+    let mut writer = lzma_rust2::XzWriter::new(Vec::new(), options).unwrap();
+    writer.write_all(&vec![0; count]).unwrap();
+    writer.finish().unwrap()
+}
+
+#[test]
+fn what_unpacks_to_hundreds_of_times_its_size_is_refused_unless_it_is_small() {
+    let path = Path::new("x.ply.xz");
+    // A table of measured reflectances that is of one colour.
+    let table = 34_992_012;
+    assert_eq!(unpack_xz(&packed_zeros(table), path, "PLY mesh").unwrap().len(), table);
+    let bomb = packed_zeros(160 << 20);
+    let error = unpack_xz(&bomb, path, "PLY mesh").unwrap_err().to_string();
+    assert!(error.contains(&format!("its {} bytes unpack to more than the limit", bomb.len())), "{error}");
+}
+
 #[test]
 fn the_extension_looks_through_the_packing() {
     assert_eq!(extension(Path::new("a/B.PLY.xz")), "ply");
