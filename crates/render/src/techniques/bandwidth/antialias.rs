@@ -124,7 +124,7 @@ impl Finer<'_> {
             return Known { radiance, samples: 0, shaded: false };
         }
         let (mut sum, mut weights) = (Vec3::ZERO, 0.0);
-        let (mut asks, mut samples) = (i8::MAX, [4 * FEWEST; 2]);
+        let (mut asks, mut samples) = (i8::MAX, [FEWEST; 2]);
         let mut nearest = f32::INFINITY;
         for dy in -1..=1 {
             for dx in -1..=1 {
@@ -151,7 +151,7 @@ impl Finer<'_> {
         if weights > 0.0 && weights.is_finite() && (0..i8::MAX).contains(&asks) {
             return Known { radiance: sum / weights, samples: 0, shaded: false };
         }
-        let samples = samples.map(|n| if n > 1 { (n / parts).max(FEWEST) } else { n });
+        let samples = samples.map(|n| if n > 1 { (n / parts).max(FEWEST / 4) } else { n });
         let radiance = self.shader.radiance(point, at, samples, room);
         Known { radiance, samples: (samples[0] + samples[1]) as u16, shaded: true }
     }

@@ -100,7 +100,7 @@ pub(super) fn shade(shader: &Shader, surfaces: &Surfaces, buffer: &Buffer) -> Sh
                         continue;
                     }
                     // What speaks for many pixels may cost as much as they would.
-                    let fewest = (FEWEST << (2 * k)).min(MOST_SAMPLES as u32);
+                    let fewest = ((FEWEST << (2 * k)) / 4).clamp(FEWEST, MOST_SAMPLES as u32);
                     let samples = buffer.pixels[index].samples.map(u32::from);
                     let samples = samples.map(|n| if n > 1 { n.max(fewest) } else { n });
                     let radiance = shader.radiance(point, place.map(|p| p as u32), samples, &mut room);

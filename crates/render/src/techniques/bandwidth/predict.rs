@@ -35,7 +35,7 @@ const LOCAL: u32 = 8;
 /// Coarsest level: one pixel in 256 is shaded at least.
 pub(super) const COARSEST: i32 = 4;
 /// Fewest and most samples of each kind of light.
-pub(super) const FEWEST: u32 = 4;
+pub(super) const FEWEST: u32 = 16;
 /// A pixel darker than this share of the mean needs no smaller error than one that has it.
 const DARK: f32 = 0.1;
 /// At an error of 4 % pixels are shaded this much more densely than Nyquist's rate: what lies between is interpolated
@@ -287,6 +287,7 @@ impl Buffer {
             })
             .collect();
         let floor = DARK * mean(&lattice);
+        let lattice = widened(&lattice, surfaces, columns);
         let mut pixels = vec![Predicted::default(); width * height];
         pixels.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
             let line = y / STRIDE;
@@ -310,6 +311,32 @@ impl Buffer {
         });
         Self { pixels }
     }
+}
+
+/// Each judgement with the largest variance of those around it that are of its own surface: sixteen directions may miss
+/// what their neighbours' do not.
+fn widened(lattice: &[Judgement], surfaces: &Surfaces, columns: usize) -> Vec<Judgement> {
+    let rows = lattice.len() / columns;
+    let place = |i: usize, end: usize| (i * STRIDE).min(end - 1);
+    let at = |i: usize| surfaces.at(place(i % columns, surfaces.width), place(i / columns, surfaces.height));
+    let widen = |i: usize| {
+        let mut judged = lattice[i];
+        if !at(i).is_there() {
+            return judged;
+        }
+        let (x, y) = (i % columns, i / columns);
+        for row in y.saturating_sub(1)..(y + 2).min(rows) {
+            for column in x.saturating_sub(1)..(x + 2).min(columns) {
+                let other = row * columns + column;
+                if at(other).is_of(at(i)) {
+                    let wider = larger(&judged, &lattice[other]);
+                    judged = Judgement { mean: wider.mean, variance: wider.variance, ..judged };
+                }
+            }
+        }
+        judged
+    };
+    (0..lattice.len()).into_par_iter().with_min_len(columns).map(widen).collect()
 }
 
 /// The more demanding of two judgements.

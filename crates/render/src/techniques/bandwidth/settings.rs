@@ -6,11 +6,11 @@ use halflight_scene::{choices, record};
 choices! {
     /// How far the technique `bandwidth` may be from the truth, and how long it takes.
     pub enum Preset, "bandwidth preset" {
-        /// A relative standard error of 10 %: for moving things about.
+        /// A relative standard error of 25 %: for moving things about.
         "draft" => Draft,
-        /// 4 %.
+        /// 10 %.
         "default" => Default,
-        /// 1 %: no noise that one sees.
+        /// 3 %: no noise that one sees.
         "high" => High,
     }
 }
@@ -100,9 +100,9 @@ impl BandwidthSettings {
     #[must_use]
     pub fn target_error(&self) -> f32 {
         self.error.unwrap_or(match self.preset {
-            Preset::Draft => 0.1,
-            Preset::Default => 0.04,
-            Preset::High => 0.01,
+            Preset::Draft => 0.25,
+            Preset::Default => 0.1,
+            Preset::High => 0.03,
         })
     }
 
