@@ -122,14 +122,14 @@ impl<'a> Shader<'a> {
             match (&lobe.directions, self.settings.mode) {
                 (_, Mode::Reference) => self.joined(point, environment, place, samples[0], gathered),
                 (Directions::Table(table), Mode::Plain | Mode::Preconvolved) => {
-                    self.from_table(point, lobe, table, environment, place, samples[0], gathered);
+                    self.by_table(point, lobe, table, environment, place, samples[0], gathered);
                 }
                 _ => self.by_itself(point, environment, place, samples[0], gathered),
             }
             radiance += gathered.mean(samples[0]);
         }
         if self.light.has_local() && samples[1] > 0 {
-            self.from_local(point, place, samples[1], gathered);
+            self.by_lights(point, place, samples[1], gathered);
             radiance += gathered.mean(samples[1]);
         }
         radiance
@@ -154,7 +154,7 @@ impl<'a> Shader<'a> {
         (sampler.next_four()[0] * 16_777_216.0) as u32
     }
 
-    fn from_table(
+    fn by_table(
         &self,
         point: &SurfacePoint,
         lobe: &Lobe,
@@ -272,7 +272,7 @@ impl<'a> Shader<'a> {
     }
 
     /// Shining surfaces and lamps, sampled themselves.
-    fn from_local(&self, point: &SurfacePoint, place: [u32; 2], number: u32, gathered: &mut Gathered) {
+    fn by_lights(&self, point: &SurfacePoint, place: [u32; 2], number: u32, gathered: &mut Gathered) {
         let bsdf = point.bsdf(self.frame);
         let axes = point.axes();
         let mut view = point.view();
