@@ -28,6 +28,10 @@ const HEIGHTS: [&str; 4] = ["tif", "tiff", "png", "dem"];
 /// How far the ground reaches, in radii of what stands on it.
 const GROUND_RADII: f32 = 80.0;
 
+/// How far below the lowest point it lies, in radii: too little to be seen, enough that what is flat there (a floor,
+/// a sheet) does not share its plane, where rounding would choose between the two from ray to ray.
+const GROUND_GAP: f32 = 5e-4;
+
 /// What kind of scene an asset makes.
 struct Stage {
     objects: Vec<Object>,
@@ -144,12 +148,15 @@ fn finish(
     Scene::finish(path.display().to_string(), said, options, builder, spec, stage.objects, lights, camera)
 }
 
-/// A large, dull floor at the lowest point.
+/// A large, dull floor just below the lowest point.
 fn ground(outline: &Outline, builder: &mut Builder) -> Object {
     let material = Material { name: "ground".into(), ..Material::diffuse(Vec3::splat(0.35)) };
     let materials: Arc<[u32]> = Arc::from([builder.add_material(material)]);
     let half = GROUND_RADII * outline.radius();
-    let center = outline.center().with_y(outline.bounds().0.y);
+    let lowest = outline.bounds().0.y;
+    // Far from the origin, what the numbers can tell apart.
+    let gap = (GROUND_GAP * outline.radius()).max(8.0 * f32::EPSILON * lowest.abs());
+    let center = outline.center().with_y(lowest - gap);
     let place = Affine3A::from_translation(center)
         * build::facing_up()
         * Affine3A::from_scale(Vec3::new(half, half, 1.0));

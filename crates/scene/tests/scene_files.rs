@@ -45,6 +45,7 @@ fn a_mistake_is_told_with_its_line_its_column_and_the_nearest_name() {
         ),
         ("[[shape]]\ntype = \"mesh\"\nfile = \"absent.ply\"", &[":3:8", "there is no such file"]),
         ("[[shape]]\ntype = \"sphere\"\nradius = 0", &[":3:10", "greater than 0"]),
+        ("[[shape]]\ntype = \"box\"\nsize = [1, 0.5, 2]\nrounding = 0.3", &[":4:12", "at most 0.25"]),
         (
             "[[shape]]\nname = \"a\"\ntype = \"sphere\"\n[[shape]]\nname = \"a\"\ntype = \"disk\"",
             &[":5:8", "line 2"],
@@ -187,6 +188,25 @@ fn a_bare_asset_is_a_scene_that_looks_the_same_at_any_scale() {
     let shown = seen[1].iter().filter(|&&s| s).count();
     assert!(shown > 32 * 18 / 10, "the asset fills the picture: {shown}");
     assert!(seen[0] == seen[1] && seen[1] == seen[2]);
+}
+
+#[test]
+fn a_flat_sheet_lies_on_the_ground_of_a_bare_scene_and_not_in_it() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for (size, y) in [(1.0_f32, 0.0_f32), (1e-3, 0.0), (1e3, -20.0), (1.0, 1e5)] {
+        let path = folder.path().join("sheet.obj");
+        let text = format!("v 0 {y} 0\nv {size} {y} 0\nv {size} {y} {size}\nv 0 {y} {size}\nf 4 3 2 1\n");
+        std::fs::write(&path, text).expect("the mesh is written");
+        let frame = Scene::load(&path, &LoadOptions::default()).and_then(|s| s.at(0.0)).expect("a scene");
+        for i in 0..400 {
+            let [x, z] = [(i % 20) as f32, (i / 20) as f32].map(|k| size * (0.013 + 0.05 * k));
+            let ray = Ray::new(Vec3::new(x, y + 3.0 * size, z), Vec3::new(0.1, -1.0, 0.07).normalize());
+            let hit = frame.world.closest(&ray).expect("a sheet, or the ground beside it");
+            let sheet = (x + 0.3 * size).max(z + 0.21 * size) < 0.999 * size;
+            assert!(!sheet || hit.instance == 0, "size {size} at {y}: the ground shows at {x}, {z}");
+        }
+        assert!(frame.bounds.0.y < y, "size {size} at {y}: {}", frame.bounds.0.y);
+    }
 }
 
 #[test]

@@ -146,6 +146,44 @@ fn exact_shapes_are_displaced_as_meshes_or_say_that_they_are_not() {
     assert!(scene.warnings()[0].contains("displacement is left out"), "{:?}", scene.warnings());
 }
 
+/// The heights at the left edge, in the middle and at the right edge of a sheet with a ramp from 0.5 / 8 to 7.5 / 8
+/// across the texture coordinates from 0 to `tiles`.
+fn ramp(tiles: f32, wrap: &str) -> [f32; 3] {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let picture = halflight_image::RgbImage::from_fn(8, 8, |x, _| [(x as f32 + 0.5) / 8.0; 3]);
+    halflight_image::save_hdr(&folder.path().join("ramp.hdr"), &picture).expect("written");
+    let shape = if tiles == 1.0 {
+        "type = \"rectangle\"\nsize = [2, 2]".into()
+    } else {
+        QUAD.replace("[[0,1],[1,1],[1,0],[0,0]]", &format!("[[0,1],[{tiles},1],[{tiles},0],[0,0]]"))
+    };
+    let displacement = format!("{{ file = \"ramp.hdr\", scale = 1, edge = 0.05{wrap} }}");
+    let path = folder.path().join("scene.toml");
+    let material = format!("{{ type = \"diffuse\", displacement = {displacement} }}");
+    std::fs::write(&path, format!("[[shape]]\n{shape}\nmaterial = {material}\n")).expect("written");
+    let frame = Scene::load(&path, &LoadOptions::default()).and_then(|s| s.at(0.0)).expect("a frame");
+    [-0.999, 0.003, 0.999]
+        .map(|x| seen(&frame, Vec3::new(x, 0.01, 5.0), Vec3::NEG_Z).expect("it is there").position.z)
+}
+
+#[test]
+fn displacement_does_not_curl_at_the_border_of_a_surface_unless_the_picture_repeats() {
+    // Half a texel of the ramp is 1 / 16.
+    for wrap in ["", ", wrap = \"clamp\"", ", wrap = \"mirror\""] {
+        for (height, at) in ramp(1.0, wrap).into_iter().zip([0.0, 0.5, 1.0]) {
+            assert!((height - at).abs() < 1.0 / 16.0 + 5e-3, "{wrap}: {height} at {at}");
+        }
+    }
+    for (height, at) in ramp(1.0, ", wrap = \"repeat\"").into_iter().zip([0.5; 3]) {
+        assert!((height - at).abs() < 2e-2, "{height} at {at}");
+    }
+    // Texture coordinates beyond the picture ask for it again and again: at 1.5 it stands in its middle.
+    let [.., right] = ramp(1.5, "");
+    assert!((right - 0.5).abs() < 2e-2, "{right}");
+    let [.., right] = ramp(1.5, ", wrap = \"clamp\"");
+    assert!((right - 15.0 / 16.0).abs() < 1e-2, "{right}");
+}
+
 #[test]
 fn a_large_shining_height_field_says_that_it_is_found_by_chance() {
     let folder = tempfile::tempdir().expect("a temporary folder");

@@ -272,6 +272,7 @@ impl Builder {
                 );
                 return None;
             }
+            self.note_file(&file.path);
             files.push(file.path);
         }
         Some(files)

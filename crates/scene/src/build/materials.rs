@@ -113,6 +113,7 @@ impl Builder {
             let image = self.texture(&map.0.file, ColorSpace::Linear)?;
             let mut texture = Texture::new(image);
             texture.transform.scale = map.0.repeat;
+            (texture.wrap_u, texture.wrap_v) = (wrap(map.0.wrap), wrap(map.0.wrap));
             Some(NormalMap { texture: Arc::new(texture), scale: map.0.scale })
         });
         let opacity = spec
@@ -182,11 +183,7 @@ impl Builder {
             None => usual,
         };
         let image = self.texture(&spec.file, space)?;
-        let wrap = match spec.wrap {
-            WrapName::Repeat => Wrap::Repeat,
-            WrapName::Clamp => Wrap::Clamp,
-            WrapName::Mirror => Wrap::Mirror,
-        };
+        let wrap = wrap(spec.wrap);
         let rotation = (spec.rotation_degrees % 360.0).to_radians();
         let transform = UvTransform { offset: spec.offset, rotation, scale: spec.repeat };
         Some(Texture { image, wrap_u: wrap, wrap_v: wrap, transform, nearest: false })
@@ -221,7 +218,22 @@ impl Builder {
     fn displacement(&mut self, spec: &DisplacementSpec) -> Option<Arc<Displacement>> {
         let image = self.texture(&spec.file, ColorSpace::Linear)?;
         let texture = Texture::new(image);
-        Some(Arc::new(Displacement { texture, scale: spec.scale, middle: spec.middle, edge: spec.edge }))
+        let wrap = spec.wrap.map(wrap);
+        Some(Arc::new(Displacement {
+            texture,
+            wrap,
+            scale: spec.scale,
+            middle: spec.middle,
+            edge: spec.edge,
+        }))
+    }
+}
+
+fn wrap(name: WrapName) -> Wrap {
+    match name {
+        WrapName::Repeat => Wrap::Repeat,
+        WrapName::Clamp => Wrap::Clamp,
+        WrapName::Mirror => Wrap::Mirror,
     }
 }
 

@@ -2,7 +2,8 @@
 
 use std::sync::{Arc, OnceLock};
 
-use glam::{Affine3A, Vec3};
+use glam::{Affine3A, Vec2, Vec3};
+use halflight_material::{Texture, Wrap};
 use halflight_shape::{Model, ModelLight, PosedMesh, TriangleMesh};
 use halflight_trace::{Geometry, MeshTracer};
 use rayon::prelude::*;
@@ -97,7 +98,10 @@ fn displaced(mesh: &TriangleMesh, displacement: &Displacement) -> Result<Triangl
     if let Err(error) = fine.subdivide_to_edge(edge, MOST_DISPLACED) {
         return Err(format!("the displacement is left out: {error}"));
     }
-    let heights = |uv| displacement.texture.sample(uv).x - displacement.middle;
+    let within = mesh.uvs.iter().all(|uv| uv.cmpge(Vec2::ZERO).all() && uv.cmple(Vec2::ONE).all());
+    let wrap = displacement.wrap.unwrap_or(if within { Wrap::Clamp } else { Wrap::Repeat });
+    let texture = Texture { wrap_u: wrap, wrap_v: wrap, ..displacement.texture.clone() };
+    let heights = |uv| texture.sample(uv).x - displacement.middle;
     fine.displace(heights, displacement.scale);
     if mesh.normals.is_empty() {
         fine.normals.clear();

@@ -64,6 +64,8 @@ pub(crate) struct MaterialEntry {
 /// Heights that move the vertices of a mesh.
 pub(crate) struct Displacement {
     pub(crate) texture: halflight_material::Texture,
+    /// Beyond the borders of the texture; without it, as suits the mesh.
+    pub(crate) wrap: Option<halflight_material::Wrap>,
     pub(crate) scale: f32,
     pub(crate) middle: f32,
     pub(crate) edge: Option<f32>,

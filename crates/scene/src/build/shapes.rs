@@ -176,7 +176,15 @@ impl Builder {
                 (form, vec![index; slots].into(), still, false)
             }
             ShapeKind::Box(spec) => {
-                let rounding = spec.rounding.min(0.5 * spec.size.min_element());
+                let rounding = spec.rounding.value;
+                let most = 0.5 * spec.size.min_element();
+                if rounding > most {
+                    let message = format!(
+                        "a rounding of {rounding} does not fit: at most {most}, half of the least size"
+                    );
+                    self.reader.report(Problem::new(&spec.rounding.origin, message));
+                    return None;
+                }
                 let (mesh, shading) = if rounding > 0.0 {
                     (generate::rounded_box(spec.size, rounding, 6), None)
                 } else {

@@ -191,7 +191,7 @@ record! {
         /// Radius of rounded edges, at most half of the least size; 0 for sharp edges.
         #[unit = "metres"]
         #[example = "0.05"]
-        rounding: f32 = 0.0 => at_least(0.0),
+        rounding: At<f32> = At { origin: crate::schema::Origin::nowhere(), value: 0.0 } => at_least(0.0),
     }
 }
 
