@@ -7,8 +7,15 @@ use std::sync::Once;
 
 use halflight_file::LoadError;
 
-/// The most pixels a picture may have: a gigapixel, 16 GiB of floats, is past what halflight is meant for.
-const MAX_PIXELS: u128 = 1 << 30;
+/// The most pixels a picture may have: 4 GiB of floats, past what halflight is meant for.
+const MAX_PIXELS: u128 = 1 << 28;
+
+/// Pictures up to this size (8192 × 8192) may be of one colour, packed as well as their format can.
+const FREE_PIXELS: u128 = 1 << 26;
+
+/// Larger ones are packed at most this many times, as pictures of anything are; else a few megabytes could claim
+/// minutes and all of the memory.
+const LARGE_RATIO: u128 = 200;
 
 /// Claims below this are never doubted: a small picture may be mostly header.
 const SMALL_BYTES: u128 = 1 << 20;
@@ -52,8 +59,15 @@ impl Source<'_> {
         let room = self.bytes.len() as u128 * u128::from(ratio);
         if pixels > MAX_PIXELS {
             return Err(
-                self.error(format!("the header claims {width} × {height} pixels; the limit is 2^30 of them"))
+                self.error(format!("the header claims {width} × {height} pixels; the limit is 2^28 of them"))
             );
+        }
+        let packed = self.bytes.len() as u128;
+        if pixels > FREE_PIXELS && pixels * u128::from(bytes_per_pixel) > packed * LARGE_RATIO {
+            let found = format!("the header claims {width} × {height} pixels in only {packed} bytes");
+            return Err(self.error(found).hint(
+                "a picture of more than 2^26 pixels may be packed at most 200 times; make it smaller",
+            ));
         }
         if pixels * u128::from(bytes_per_pixel) > room.max(SMALL_BYTES) {
             let found = format!(

@@ -75,6 +75,22 @@ fn a_flipped_byte_anywhere_never_panics() {
     assert!(peak_mebibytes().is_none_or(|peak| peak < 600), "{:?} MiB", peak_mebibytes());
 }
 
+#[test]
+fn large_pictures_of_nothing_are_refused_before_they_are_unpacked() {
+    // 81 million pixels, as well packed as deflate can.
+    let size = 9000;
+    let mut bytes = Vec::new();
+    let kind = image::ExtendedColorType::L8;
+    let (best, plain) = (image::codecs::png::CompressionType::Best, image::codecs::png::FilterType::NoFilter);
+    let encoder = image::codecs::png::PngEncoder::new_with_quality(&mut bytes, best, plain);
+    image::ImageEncoder::write_image(encoder, &vec![0; size * size], size as u32, size as u32, kind).unwrap();
+    assert!(bytes.len() < size * size / 200, "{}", bytes.len());
+    let message = error(&bytes, "nothing.png");
+    assert!(message.contains("9000 × 9000 pixels in only"), "{message}");
+    let message = error(b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 30000 +X 30000\n", "vast.hdr");
+    assert!(message.contains("the limit is 2^28"), "{message}");
+}
+
 /// Linux tells the most memory a process ever held; elsewhere there is nothing to ask.
 fn peak_mebibytes() -> Option<usize> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
