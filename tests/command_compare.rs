@@ -30,6 +30,19 @@ fn two_pictures_give_a_page_a_table_and_figures() {
 }
 
 #[test]
+fn what_pictures_cost_is_shown_where_their_files_say_it() {
+    let place = with_pictures();
+    let outcome = place.done("compare noisy.exr truth.exr --no-report");
+    assert!(outcome.stdout.contains("samples") && outcome.stdout.contains("seconds"), "{outcome:?}");
+    let outcome = place.done("compare noisy.exr truth.exr --no-report --json");
+    let row = &outcome.event("compared")["figures"]["candidates"][0];
+    assert!(row["samples"] == 2.0 && row["seconds"].as_f64().is_some(), "{row}");
+    place.done("render scene.toml --spp 1 -o plain.png");
+    let outcome = place.done("compare plain.png truth.exr --no-report");
+    assert!(!outcome.stdout.contains("seconds"), "{outcome:?}");
+}
+
+#[test]
 fn equal_pictures_have_no_error() {
     let place = with_pictures();
     let outcome = place

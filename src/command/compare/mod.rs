@@ -76,12 +76,22 @@ fn of_pictures(args: &CompareArgs, reference: &Path) -> Result<Comparison, Failu
             "-t, --spp and --time-limit are for a scene; two pictures are compared as they are",
         ));
     }
-    let (image, truth) = (load(&args.input)?, load(reference)?);
+    let (picture, truth) = (load(&args.input)?, load(reference)?);
     let (image_name, truth_name) = (args.input.display().to_string(), reference.display().to_string());
-    let mut comparison = Comparison::new(format!("{image_name} against {truth_name}"), truth_name, truth);
+    let mut comparison =
+        Comparison::new(format!("{image_name} against {truth_name}"), truth_name, truth.image);
     comparison.exposure_ev = args.exposure.map_or(0.0, |ev| ev as f32);
     comparison.reference_noise = args.reference_noise;
-    comparison.candidates.push(Candidate::new(image_name, image));
+    comparison.candidates.push(Candidate {
+        samples: picture.samples,
+        seconds: picture.seconds,
+        ..Candidate::new(image_name, picture.image)
+    });
+    for (label, cost) in [("reference samples", truth.samples), ("reference seconds", truth.seconds)] {
+        if let Some(cost) = cost {
+            comparison.note(label, cost.to_string());
+        }
+    }
     note_origin(&mut comparison);
     Ok(comparison)
 }
@@ -93,12 +103,24 @@ fn note_origin(comparison: &mut Comparison) {
     comparison.note("version", concat!("halflight ", env!("CARGO_PKG_VERSION")));
 }
 
+/// A picture and, if its file says so, what it cost.
+struct Loaded {
+    image: RgbImage,
+    samples: Option<f64>,
+    seconds: Option<f64>,
+}
+
 /// Pixels that are not finite are let in: the figures count them.
-fn load(path: &Path) -> Result<RgbImage, Failure> {
-    if extension(path) == "exr"
-        && let Some(image) = Picture::load_exr(path)?.rgb()
-    {
-        return Ok(image);
+fn load(path: &Path) -> Result<Loaded, Failure> {
+    if extension(path) == "exr" {
+        let picture = Picture::load_exr(path)?;
+        if let Some(image) = picture.rgb() {
+            let number = |key: &str| {
+                let number = picture.metadata.get(key)?.trim().parse::<f64>().ok()?;
+                (number.is_finite() && number >= 0.0).then_some(number)
+            };
+            return Ok(Loaded { image, samples: number("samples"), seconds: number("seconds") });
+        }
     }
-    Ok(load_rgb(path)?)
+    Ok(Loaded { image: load_rgb(path)?, samples: None, seconds: None })
 }

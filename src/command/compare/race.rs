@@ -106,7 +106,7 @@ fn reference(args: &CompareArgs, course: &Course) -> Result<(RgbImage, String), 
         Some(name) => {
             let path = Path::new(name);
             if Format::of(path).is_ok() || path.is_file() {
-                return Ok((super::load(path)?, name.to_string()));
+                return Ok((super::load(path)?.image, name.to_string()));
             }
             name.parse().map_err(|e| Failure::usage(format!("{e}, and it is no picture either")))?
         }

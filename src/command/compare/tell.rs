@@ -30,7 +30,7 @@ pub(super) fn tell(console: Console, figures: &Figures) {
 }
 
 fn candidates(figures: &Figures) -> Table {
-    let timed = figures.candidates.iter().any(|row| row.seconds.is_some());
+    let timed = figures.candidates.iter().any(|row| row.seconds.is_some() || row.samples.is_some());
     let mut heading = vec!["picture", "relMSE", "PSNR dB", "FLIP", "HDR-FLIP", "max error", "brightness"];
     if timed {
         heading.extend(["samples", "seconds", "peak memory"]);
