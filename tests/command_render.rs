@@ -107,6 +107,15 @@ fn a_sequence_numbers_its_frames_and_shows_the_motion() {
 }
 
 #[test]
+fn frames_may_be_negative_or_between_and_their_names_say_so() {
+    let place = Place::new();
+    place.done("render scene.toml --spp 1 --size 8x8 --frames -1..0 -o n.##.png");
+    place.done("render scene.toml --spp 1 --size 8x8 --frame 1.5 -o y.####.png");
+    let names: Vec<String> = place.files("").into_iter().filter(|n| n.ends_with(".png")).collect();
+    assert_eq!(names, ["n.-01.png", "n.00.png", "y.0001.5.png"]);
+}
+
+#[test]
 fn layers_are_chosen_and_only_where_they_can_be_kept() {
     let place = Place::new();
     place.done("render scene.toml --spp 1 --layers depth,albedo --half -o out.exr");
@@ -219,6 +228,7 @@ fn what_cannot_be_is_refused_before_any_work() {
         ("render scene.toml -o out.exr --size 0x9", 2, "at least one pixel"),
         ("render scene.toml -o out.exr --spp 0", 2, "--spp"),
         ("render scene.toml -o out.exr --time-limit -1", 2, "greater than 0"),
+        ("render scene.toml -o out.png --exposure 1e9", 2, "60"),
         ("render scene.toml -o out.exr --frames 4..2", 2, "before"),
         ("render scene.toml -o out.exr --resume", 2, "--checkpoint"),
         ("render scene.toml -o out.exr -t pth", 2, "did you mean path?"),

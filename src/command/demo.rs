@@ -121,7 +121,7 @@ pub(crate) struct DemoArgs {
     #[arg(long, value_name = "T", value_parser = finite, conflicts_with = "frames", allow_negative_numbers = true)]
     frame: Option<f64>,
     /// All frames from A to B
-    #[arg(long, value_name = "A..B")]
+    #[arg(long, value_name = "A..B", allow_hyphen_values = true)]
     frames: Option<FrameRange>,
 }
 

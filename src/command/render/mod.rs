@@ -5,6 +5,7 @@ mod layers;
 mod options;
 mod shot;
 mod stats;
+mod targets;
 
 pub(crate) use options::RenderArgs;
 
@@ -21,20 +22,21 @@ use super::stage::Stage;
 use super::{interrupt, resources, words};
 use shot::{FirstShot, Kept, Studio};
 use stats::Stats;
+use targets::Inputs;
 
 /// Frames per second where neither the command nor the scene says: film's.
 const DEFAULT_FPS: f64 = 24.0;
 
 pub(crate) fn run(args: &RenderArgs, console: Console) -> Result<(), Failure> {
-    let output = args.output.clone().unwrap_or_else(|| default_output(&args.scene));
+    let mut inputs = Inputs::named(args);
+    let mut shots = choose_shots(args, &inputs);
+    let output = shots[0].output.clone();
     let layers = layers::choose(args.layers.as_deref(), Format::of(&output)?)?;
     if args.resume && args.checkpoint.is_none() {
         return Err(Failure::usage("--resume goes on from a checkpoint: name it with --checkpoint FILE"));
     }
-    let shots = match args.frames {
-        Some(range) => sequence::sequence(range, args.fps(), &output),
-        None => sequence::still(args.frame.unwrap_or(0.0), args.fps(), &output),
-    };
+    targets::refuse_twins(args, &shots)?;
+    inputs.refuse(args, &shots)?;
     // All of one folder, so the first speaks for the others.
     let firsts = [Some(&shots[0].output), args.checkpoint.as_ref(), args.stats.as_ref()];
     firsts.into_iter().flatten().try_for_each(|path| output::check_writable(path))?;
@@ -45,6 +47,16 @@ pub(crate) fn run(args: &RenderArgs, console: Console) -> Result<(), Failure> {
     let stage = Stage::load(&args.scene, &args.scene_options(), &args.machine)?;
     let load_seconds = start.elapsed().as_secs_f64();
     stage.warnings().iter().for_each(|warning| console.warn(warning));
+    if targets::any_exists(args, &shots) {
+        inputs.add(stage.scene().files());
+        shots = choose_shots(args, &inputs);
+        targets::refuse_twins(args, &shots)?;
+        inputs.refuse(args, &shots)?;
+    }
+    if args.output.is_none() && shots[0].output != shots_of(args, &default_output(&args.scene))[0].output {
+        let name = shots[0].output.display();
+        console.note(&format!("the picture goes to {name}: the scene is made from a file of the usual name"));
+    }
     let mut studio = Studio::new(args, &stage, layers, console)?;
     studio.prepare()?;
     let FirstShot { index: first, mut film } = studio.first_shot(&shots)?;
@@ -66,6 +78,27 @@ pub(crate) fn run(args: &RenderArgs, console: Console) -> Result<(), Failure> {
     }
     console.event("done", stats);
     if interrupted { Err(Failure::Interrupted) } else { Ok(()) }
+}
+
+/// The pictures to make: where the command names none, the first default names under which no file of the scene lies.
+fn choose_shots(args: &RenderArgs, inputs: &Inputs) -> Vec<Shot> {
+    let Some(output) = &args.output else {
+        let usual = default_output(&args.scene);
+        let others = (1_u32..).map(|number| {
+            let number = if number == 1 { String::new() } else { number.to_string() };
+            usual.with_extension(format!("render{number}.png"))
+        });
+        let mut names = std::iter::once(usual.clone()).chain(others).map(|name| shots_of(args, &name));
+        return names.find(|shots| !inputs.meet(shots)).unwrap_or_default();
+    };
+    shots_of(args, output)
+}
+
+fn shots_of(args: &RenderArgs, output: &Path) -> Vec<Shot> {
+    match args.frames {
+        Some(range) => sequence::sequence(range, args.fps(), output),
+        None => sequence::still(args.frame.unwrap_or(0.0), args.fps(), output),
+    }
 }
 
 /// `bunny.ply.xz` becomes `bunny.png` in the current folder.

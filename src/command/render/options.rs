@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::DEFAULT_FPS;
 use crate::command::output::Tone;
-use crate::command::parse::{FrameRange, Size, finite, positive};
+use crate::command::parse::{FrameRange, Size, finite, positive, stops};
 use crate::command::stage::{MachineArgs, SceneArgs};
 use crate::command::techniques::TechniqueSpec;
 
@@ -15,8 +15,8 @@ pub(crate) struct RenderArgs {
     /// A scene file (.toml), a bare asset (a mesh, a height field, a measured material), or demo:NAME
     pub(super) scene: PathBuf,
     /// The picture: .exr (radiance and layers), .hdr (radiance) or .png (what a screen shows). In a sequence
-    /// `####` becomes the frame's number. Missing folders are made [default: the scene's name with .png, in the
-    /// current folder]
+    /// or with --frame `####` becomes the frame's number (frame 1.5: 0001.5). Missing folders are made [default: the
+    /// scene's name with .png, in the current folder; with .render.png where the scene is made from that file]
     #[arg(short, long, value_name = "FILE")]
     pub(super) output: Option<PathBuf>,
     /// How to render: a technique's name, with settings if you like (path:max_depth=2,clamp=10)
@@ -42,8 +42,8 @@ pub(crate) struct RenderArgs {
     /// The frame to render; may lie between two. Its time is frame / fps seconds [default: 0]
     #[arg(long, value_name = "T", value_parser = finite, allow_negative_numbers = true, conflicts_with = "frames", help_heading = "Animation")]
     pub(super) frame: Option<f64>,
-    /// Render all frames from A to B, both included
-    #[arg(long, value_name = "A..B", help_heading = "Animation")]
+    /// Render all frames from A to B, both included; they may be negative
+    #[arg(long, value_name = "A..B", allow_hyphen_values = true, help_heading = "Animation")]
     pub(super) frames: Option<FrameRange>,
     /// Frames per second [default: 24]
     #[arg(long, value_name = "N", value_parser = positive, allow_negative_numbers = true, help_heading = "Animation")]
@@ -61,7 +61,7 @@ pub(crate) struct RenderArgs {
     pub(super) half: bool,
     /// Exposure of a .png in stops: +1 doubles the light [default: the scene's; of a bare environment map, what brings
     /// the picture to middle grey]
-    #[arg(long, value_name = "EV", value_parser = finite, allow_negative_numbers = true, help_heading = "Picture")]
+    #[arg(long, value_name = "EV", value_parser = stops, allow_negative_numbers = true, help_heading = "Picture")]
     pub(super) exposure: Option<f64>,
     /// How a .png shows light that is brighter than white [default: the scene's]
     #[arg(long, value_name = "CURVE", value_enum, help_heading = "Picture")]
