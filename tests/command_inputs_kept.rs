@@ -9,12 +9,12 @@ use support::Place;
 fn with_files() -> Place {
     let place = Place::new();
     let picture = RgbImage::from_fn(8, 8, |x, y| [x as f32 / 8.0, y as f32 / 8.0, 0.5]);
-    save_png(&place.path("tex.png"), &picture, &ToneMapping::default()).unwrap();
+    save_png(&place.path("tex.png"), &picture, &ToneMapping::default()).expect("a picture can be written");
     let material = "material = { type = \"diffuse\", albedo = \"tex.png\" }";
     place.write("tex.toml", &format!("[[shape]]\ntype = \"sphere\"\nradius = 1\n{material}\n"));
     place.write("lib.mtl", "newmtl red\nKd 1 0 0\n");
     place.write("m.obj", "mtllib lib.mtl\nusemtl red\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
-    std::fs::create_dir(place.path("sub")).unwrap();
+    std::fs::create_dir(place.path("sub")).expect("a folder can be made");
     place
 }
 

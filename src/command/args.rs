@@ -48,7 +48,7 @@ pub(crate) enum Command {
     /// Render the demo scenes that are built in
     #[command(after_help = examples::after_help("demo"))]
     Demo(demo::DemoArgs),
-    /// Say why a pixel is shaded as it is: its bandwidth step by step, its level and its samples
+    /// Say why a pixel is shaded as it is
     #[command(after_help = examples::after_help("explain"))]
     Explain(explain::ExplainArgs),
     /// Measure speed and memory, and print tables

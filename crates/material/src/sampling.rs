@@ -25,8 +25,8 @@ pub fn concentric_disk(u: Vec2) -> Vec2 {
 /// a direction from a diffuse surface is half this.
 fn sin_cos_of_octant(angle: f32) -> (f32, f32) {
     let s = angle * angle;
-    let sin = angle
-        * (1.0 + s * (-1.0 / 6.0 + s * (1.0 / 120.0 + s * (-1.0 / 5040.0 + s * (1.0 / 362_880.0)))));
+    let sin =
+        angle * (1.0 + s * (-1.0 / 6.0 + s * (1.0 / 120.0 + s * (-1.0 / 5040.0 + s * (1.0 / 362_880.0)))));
     let cos = 1.0 + s * (-0.5 + s * (1.0 / 24.0 + s * (-1.0 / 720.0 + s * (1.0 / 40_320.0))));
     (sin, cos)
 }

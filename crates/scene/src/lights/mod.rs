@@ -13,8 +13,8 @@ mod solid_angle;
 use glam::{Vec2, Vec3};
 
 pub use emitter::{Emitter, EmitterShape};
-pub use many::LightSamples;
 pub use environment::{Environment, EnvironmentMap, MANY, MapPoint, luminance};
+pub use many::LightSamples;
 pub use sky::{Sky, studio};
 
 use crate::sampling::Choice;
