@@ -29,9 +29,9 @@ fn damaged_packing_is_an_error_and_not_a_panic() {
 /// `count` zeros, packed.
 fn packed_zeros(count: usize) -> Vec<u8> {
     let options = lzma_rust2::XzOptions::with_preset(0);
-    let mut writer = lzma_rust2::XzWriter::new(Vec::new(), options).unwrap();
-    writer.write_all(&vec![0; count]).unwrap();
-    writer.finish().unwrap()
+    let mut writer = lzma_rust2::XzWriter::new(Vec::new(), options).expect("memory takes what is written");
+    writer.write_all(&vec![0; count]).expect("memory takes what is written");
+    writer.finish().expect("memory takes what is written")
 }
 
 #[test]
