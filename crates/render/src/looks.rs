@@ -30,11 +30,6 @@ impl Stages {
         }
         result
     }
-
-    /// The stages in the order in which they came first.
-    pub(crate) fn into_list(self) -> Vec<(&'static str, Duration)> {
-        self.0
-    }
 }
 
 /// Adds looks to the film until the budget is spent, each the picture that `shade` makes of what is visible, and puts
@@ -44,10 +39,35 @@ pub(crate) fn add_looks(
     film: &mut Film,
     (budget, deadline): (&Budget, &Deadline),
     progress: &dyn Progress,
-    (report, mut stages): (&mut RenderReport, Stages),
+    (report, stages): (&mut RenderReport, Stages),
     mut shade: impl FnMut(&GBuffer, &mut Stages) -> Vec<Vec3>,
 ) {
-    let target = budget.samples.unwrap_or(DEFAULT_SAMPLES).clamp(1, MAX_SAMPLES);
+    each_look(
+        film,
+        (budget, deadline),
+        (DEFAULT_SAMPLES, MAX_SAMPLES),
+        progress,
+        (report, stages),
+        |size, offset, _, stages| {
+            let view = stages.time("g-buffer", || GBuffer::look(frame, size[0], size[1], offset));
+            let rays = view.pixels.len() as u64;
+            (shade(&view, stages), rays)
+        },
+    );
+}
+
+/// The loop of [`add_looks`], for techniques with a g-buffer of their own: `look` is given the size of the picture, the
+/// point of the pixels to look through, the number of the look and the stages, and gives the picture and its rays. Looks are
+/// as many as the budget says, `default` if nothing limits them, at most `most`.
+pub(crate) fn each_look(
+    film: &mut Film,
+    (budget, deadline): (&Budget, &Deadline),
+    (default, most): (u32, u32),
+    progress: &dyn Progress,
+    (report, mut stages): (&mut RenderReport, Stages),
+    mut look: impl FnMut([usize; 2], Vec2, u32, &mut Stages) -> (Vec<Vec3>, u64),
+) {
+    let target = budget.samples.unwrap_or(default).clamp(1, most);
     for sample in film.min_samples()..target {
         if progress.stop() {
             report.interrupted = true;
@@ -63,9 +83,8 @@ pub(crate) fn add_looks(
             let u = Sampler::new(budget.seed, 0, 0, sample).next_four();
             Vec2::new(u[0], u[1])
         };
-        let view = stages.time("g-buffer", || GBuffer::look(frame, film.width(), film.height(), offset));
-        report.rays += view.pixels.len() as u64;
-        let picture = shade(&view, &mut stages);
+        let (picture, rays) = look([film.width(), film.height()], offset, sample, &mut stages);
+        report.rays += rays;
         report.non_finite += stages.time("film", || film.add_picture(&picture));
         progress.report("samples", u64::from(sample + 1), u64::from(target));
         progress.pass(film);

@@ -37,15 +37,14 @@ mod tests;
 
 use std::sync::Arc;
 
-use glam::{Vec2, Vec3};
+use glam::Vec2;
 use halflight_scene::{Frame, Scene};
 use rayon::prelude::*;
 
 pub use settings::{Antialias, BandwidthSettings, Mode, Preset, Visibility};
 
 use crate::film::Film;
-use crate::looks::Stages;
-use crate::sampler::Sampler;
+use crate::looks::{Stages, each_look};
 use crate::technique::{Budget, Deadline, Progress, RenderReport, Technique, TechniqueError};
 use hierarchy::{Known, Shaded};
 use light::{FrameLight, LightCache};
@@ -183,42 +182,28 @@ impl Technique for BandwidthTechnique {
             let convolved = self.settings.mode == Mode::Preconvolved;
             (self.lobes_of(frame), FrameLight::new(frame, &self.light, convolved))
         });
-        let target = budget.samples.unwrap_or(1).clamp(1, MAX_LOOKS);
-        let size = [film.width(), film.height()];
         let mut last = None;
-        for sample in film.min_samples()..target {
-            if progress.stop() {
-                report.interrupted = true;
-                break;
-            }
-            if deadline.passed() && sample > 0 {
-                break;
-            }
-            let offset = if target == 1 {
-                Vec2::splat(0.5)
-            } else {
-                // The same point in every pixel, so that neighbours stay comparable.
-                let u = Sampler::new(budget.seed, 0, 0, sample).next_four();
-                Vec2::new(u[0], u[1])
-            };
-            let seed = budget.seed.wrapping_add(u64::from(sample) << 40);
-            let shader = Shader { frame, light: &light, lobes: &lobes, settings: &self.settings, seed };
-            let look = self.look(&shader, size, offset, &mut stages);
-            report.rays += (size[0] * size[1]) as u64 + look.shaded.rays;
-            report.non_finite += stages.time("film", || {
-                let picture: Vec<Vec3> = look.shaded.pixels.iter().map(|p| p.radiance).collect();
-                film.add_picture(&picture)
-            });
-            last = Some(look);
-            progress.report("samples", u64::from(sample + 1), u64::from(target));
-            progress.pass(film);
-        }
+        let work = (&mut report, stages);
+        each_look(
+            film,
+            (budget, &deadline),
+            (1, MAX_LOOKS),
+            progress,
+            work,
+            |size, offset, sample, stages| {
+                let seed = budget.seed.wrapping_add(u64::from(sample) << 40);
+                let shader = Shader { frame, light: &light, lobes: &lobes, settings: &self.settings, seed };
+                let look = self.look(&shader, size, offset, stages);
+                let picture = look.shaded.pixels.iter().map(|p| p.radiance).collect();
+                let rays = (size[0] * size[1]) as u64 + look.shaded.rays;
+                last = Some(look);
+                (picture, rays)
+            },
+        );
         if let Some(look) = &last {
             add_layers(film, look);
             report.notes = self.notes(look, &lobes, &light);
         }
-        report.elapsed = deadline.elapsed();
-        report.stages = stages.into_list();
         Ok(report)
     }
 }

@@ -223,11 +223,7 @@ impl<'a> Shader<'a> {
         for i in 0..number {
             let u = Sampler::new(self.seed, place[0], place[1], i).next_four();
             let Some(sample) = bsdf.sample(view, u[2], Vec2::new(u[0], u[1])) else { continue };
-            let direction =
-                sample.wi.x * axes[0] + sample.wi.y * axes[1] + point.side * sample.wi.z * axes[2];
-            if point.geometric_normal.dot(direction) * sample.wi.z * point.side <= 0.0 {
-                continue;
-            }
+            let Some(direction) = leaving(point, &axes, sample.wi) else { continue };
             gathered.add(point, sample.weight * environment.radiance(direction), direction, f32::INFINITY);
         }
     }
@@ -248,16 +244,14 @@ impl<'a> Shader<'a> {
         for i in 0..number {
             let mut sampler = Sampler::new(self.seed, place[0], place[1], i);
             let (u, v) = (sampler.next_four(), sampler.next_four());
-            if let Some(sample) = bsdf.sample(view, u[2], Vec2::new(u[0], u[1])) {
-                let direction =
-                    sample.wi.x * axes[0] + sample.wi.y * axes[1] + point.side * sample.wi.z * axes[2];
-                if point.geometric_normal.dot(direction) * sample.wi.z * point.side > 0.0 {
-                    let met = environment.locate(direction);
-                    let other = if sample.delta { 0.0 } else { environment.pdf_at(met) };
-                    let share = sample.pdf / (sample.pdf + other);
-                    let value = share * sample.weight * environment.radiance_at(met);
-                    gathered.add(point, value, direction, f32::INFINITY);
-                }
+            if let Some(sample) = bsdf.sample(view, u[2], Vec2::new(u[0], u[1]))
+                && let Some(direction) = leaving(point, &axes, sample.wi)
+            {
+                let met = environment.locate(direction);
+                let other = if sample.delta { 0.0 } else { environment.pdf_at(met) };
+                let share = sample.pdf / (sample.pdf + other);
+                let value = share * sample.weight * environment.radiance_at(met);
+                gathered.add(point, value, direction, f32::INFINITY);
             }
             let (direction, met, pdf) = environment.sample(Vec2::new(v[0], v[1]));
             let [x, y, z] = axes.map(|axis| axis.dot(direction));
@@ -293,4 +287,10 @@ impl<'a> Shader<'a> {
             gathered.add(point, value, light.direction, end);
         }
     }
+}
+
+/// A sampled direction in the world; `None` where geometry and shading disagree on the side that it leaves by.
+fn leaving(point: &SurfacePoint, axes: &[Vec3; 3], wi: Vec3) -> Option<Vec3> {
+    let direction = wi.x * axes[0] + wi.y * axes[1] + point.side * wi.z * axes[2];
+    (point.geometric_normal.dot(direction) * wi.z * point.side > 0.0).then_some(direction)
 }
