@@ -45,6 +45,7 @@ fn a_mistake_is_told_with_its_line_its_column_and_the_nearest_name() {
         ),
         ("[[shape]]\ntype = \"mesh\"\nfile = \"absent.ply\"", &[":3:8", "there is no such file"]),
         ("[[shape]]\ntype = \"sphere\"\nradius = 0", &[":3:10", "greater than 0"]),
+        ("[camera]\norigin = [1, 2, 3]\ntarget = [1, 2, 3]", &[":3:10", "looks at the same point"]),
         ("[[shape]]\ntype = \"box\"\nsize = [1, 0.5, 2]\nrounding = 0.3", &[":4:12", "at most 0.25"]),
         (
             "[[shape]]\nname = \"a\"\ntype = \"sphere\"\n[[shape]]\nname = \"a\"\ntype = \"disk\"",

@@ -9,7 +9,7 @@ use super::Builder;
 use crate::camera::{Camera, FieldOfView};
 use crate::framing::{self, Outline};
 use crate::motion::rising;
-use crate::schema::Problem;
+use crate::schema::{At, Problem};
 use crate::spec::CameraSpec;
 
 /// Angle of view where none is given.
@@ -201,7 +201,8 @@ impl Builder {
                 }
             };
         }
-        let (origin, target) = match (spec.origin, spec.target) {
+        let given = |point: &Option<At<Vec3>>| point.as_ref().map(|at| at.value);
+        let (origin, target) = match (given(&spec.origin), given(&spec.target)) {
             (Some(origin), Some(target)) => (origin, target),
             (Some(origin), None) => (origin, outline.center()),
             (None, target) => framing::frame(outline, lens, aspect, target),
@@ -214,11 +215,13 @@ impl Builder {
             };
             spec.keyframes.iter().map(|at| key(&at.value)).collect()
         };
-        if let Some((_, origin, _)) = keys.iter().find(|(_, origin, target)| origin == target) {
+        if let Some(number) = keys.iter().position(|(_, origin, target)| origin == target) {
             let nowhere = crate::schema::Origin::nowhere();
-            let at = spec.keyframes.first().map_or(&nowhere, |key| &key.origin);
+            let mut points = [&spec.target, &spec.origin].into_iter().flatten().map(|at| &at.origin);
+            let at = spec.keyframes.get(number).map(|key| &key.origin).or(points.next());
+            let origin = keys[number].1;
             self.reader.report(Problem::new(
-                at,
+                at.unwrap_or(&nowhere),
                 format!("the camera stands at {origin} and looks at the same point"),
             ));
         }

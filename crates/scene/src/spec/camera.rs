@@ -58,11 +58,11 @@ record! {
         /// Where it stands.
         #[unit = "metres"]
         #[example = "[0, 1.7, 4.6]"]
-        origin: Option<Vec3>,
+        origin: Option<At<Vec3>>,
         /// What it looks at.
         #[unit = "metres"]
         #[example = "[0, 0.7, 0]"]
-        target: Option<Vec3>,
+        target: Option<At<Vec3>>,
         /// What is up in the picture.
         #[example = "[0, 0, 1]"]
         up: At<Vec3> = At { origin: crate::schema::Origin::nowhere(), value: Vec3::Y },
