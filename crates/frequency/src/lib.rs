@@ -6,6 +6,7 @@
 //! | | |
 //! |---|---|
 //! | [`bandwidth`] | bandwidth vectors, their operators along a path, pixels, levels, sample counts |
+//! | [`covariance`] | covariance matrices over space, angle and time, their operators, sampling densities, filters |
 //! | [`wavelet`] | the bandwidth of pictures in linear time, of the whole or around each texel |
 //! | [`mapping`] | the same in cycles per radian or metre: environments, textures on surfaces, area lights |
 //! | [`reflectance`] | tables of ρ for any reflectance |
@@ -30,6 +31,7 @@
 //! ```
 
 pub mod bandwidth;
+pub mod covariance;
 pub mod importance;
 pub mod mapping;
 pub mod measured;
