@@ -7,6 +7,7 @@ use crate::dielectric::Dielectric;
 use crate::diffuse::Diffuse;
 use crate::merl::MeasuredBrdf;
 use crate::metallic_roughness::MetallicRoughness;
+use crate::phase::Phase;
 use crate::phong::Phong;
 
 /// A direction chosen by [`Bsdf::sample`].
@@ -60,6 +61,7 @@ pub(crate) enum Lobe<'a> {
     Dielectric(Dielectric),
     MetallicRoughness(MetallicRoughness),
     Measured(&'a MeasuredBrdf),
+    Phase(Phase),
 }
 
 impl<'a> Bsdf<'a> {
@@ -83,6 +85,12 @@ impl<'a> Bsdf<'a> {
     /// Lambert's surface, two-sided.
     pub fn diffuse(albedo: Vec3) -> Bsdf<'static> {
         Bsdf::new(Lobe::Diffuse(Diffuse { albedo }), true)
+    }
+
+    /// A point within a medium, by Henyey and Greenstein's phase function of mean cosine `anisotropy`. It has no cosine: its
+    /// value is that of the phase function, in all directions.
+    pub fn phase(anisotropy: f32) -> Bsdf<'static> {
+        Bsdf::new(Lobe::Phase(Phase::new(anisotropy)), true)
     }
 
     /// The sign that turns `wo` to the front; `None` where nothing scatters.
@@ -135,6 +143,9 @@ impl<'a> Bsdf<'a> {
         if let Lobe::Dielectric(dielectric) = &self.lobe {
             return dielectric.eval_pdf(wo, wi, side > 0.0);
         }
+        if let Lobe::Phase(phase) = &self.lobe {
+            return phase.eval_pdf(wo, wi);
+        }
         if wi.z <= 0.0 {
             return NOTHING;
         }
@@ -144,7 +155,7 @@ impl<'a> Bsdf<'a> {
             Lobe::Conductor(conductor) => conductor.eval_pdf(wo, wi),
             Lobe::MetallicRoughness(model) => model.eval_pdf(wo, wi),
             Lobe::Measured(brdf) => brdf.eval_pdf(wo, wi),
-            Lobe::Black | Lobe::Mirror(_) | Lobe::Dielectric(_) => NOTHING,
+            Lobe::Black | Lobe::Mirror(_) | Lobe::Dielectric(_) | Lobe::Phase(_) => NOTHING,
         }
     }
 
@@ -172,6 +183,7 @@ impl<'a> Bsdf<'a> {
             Lobe::Dielectric(dielectric) => dielectric.sample(wo, u_lobe, u, side > 0.0),
             Lobe::MetallicRoughness(model) => model.sample(wo, u_lobe, u),
             Lobe::Measured(brdf) => brdf.sample(wo, u_lobe, u),
+            Lobe::Phase(phase) => phase.sample(wo, u),
         }?;
         sample.wi.z *= side;
         sample.pdf *= self.opacity;
@@ -198,6 +210,7 @@ impl<'a> Bsdf<'a> {
             Lobe::Dielectric(dielectric) => dielectric.tint,
             Lobe::MetallicRoughness(model) => model.albedo(),
             Lobe::Measured(brdf) => brdf.albedo_straight_on(),
+            Lobe::Phase(_) => Vec3::ONE,
         }
     }
 
@@ -205,7 +218,7 @@ impl<'a> Bsdf<'a> {
     pub fn transmits(&self) -> bool {
         self.opacity < 1.0
             || match &self.lobe {
-                Lobe::Dielectric(_) => true,
+                Lobe::Dielectric(_) | Lobe::Phase(_) => true,
                 Lobe::MetallicRoughness(model) => model.transmits(),
                 _ => false,
             }

@@ -54,6 +54,7 @@ impl Bsdf<'_> {
             }
             // What goes through comes from places that these techniques do not look at.
             Lobe::Dielectric(_) => LowFrequency::lobe(Vec3::splat(0.04), 0.0),
+            Lobe::Phase(_) => diffuse(Vec3::ONE, true),
             Lobe::Measured(_) => diffuse(self.albedo(), false),
         }
     }

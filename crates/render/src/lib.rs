@@ -14,6 +14,7 @@ pub mod samplers;
 mod sh_light;
 pub mod technique;
 pub mod techniques;
+mod tracking;
 pub mod vertex;
 
 pub use film::Film;

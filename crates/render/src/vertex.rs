@@ -1,6 +1,6 @@
 //! A point where light scatters: the surface that a ray found, its material there, and the frame between the two.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use halflight_material::{Bsdf, Material, SurfaceInput};
 use halflight_scene::Frame;
 use halflight_trace::{Hit, Ray, Surface};
@@ -56,6 +56,34 @@ impl<'a> Vertex<'a> {
     pub(crate) fn stopped(frame: &'a Frame, ray: &Ray, hit: &Hit) -> Self {
         let vertex = Self::new(frame, ray, hit);
         Self { bsdf: vertex.bsdf.solid(), solid: true, ..vertex }
+    }
+
+    /// A point of a medium at distance `t` along `ray`: no surface, so nothing is offset and no side is the wrong one.
+    pub(crate) fn in_medium(frame: &'a Frame, ray: &Ray, t: f32, anisotropy: f32) -> Self {
+        let towards_eye = -ray.direction;
+        let tangent = towards_eye.any_orthonormal_vector();
+        let surface = Surface {
+            position: ray.at(t),
+            position_error: 0.0,
+            geometric_normal: towards_eye,
+            shading_normal: towards_eye,
+            uv: Vec2::ZERO,
+            tangent,
+            handedness: 1.0,
+            color: Vec3::ONE,
+            instance: u32::MAX,
+            primitive: u32::MAX,
+            material_slot: 0,
+        };
+        Self {
+            surface,
+            material: frame.media.material(),
+            bsdf: Bsdf::phase(anisotropy),
+            axes: [tangent, towards_eye.cross(tangent), towards_eye],
+            towards_eye,
+            wo: Vec3::Z,
+            solid: true,
+        }
     }
 
     /// From world space to the local frame.

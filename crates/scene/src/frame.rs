@@ -13,6 +13,7 @@ use crate::build::{Form, HeightSource, Object, built_once};
 use crate::camera::Camera;
 use crate::geometry;
 use crate::lights::{DeltaLight, Emitter, EmitterShape, Lights};
+use crate::media::Media;
 use crate::posed::PosedObject;
 use crate::scene::Scene;
 
@@ -25,6 +26,8 @@ pub struct Frame {
     pub materials: Vec<Arc<Material>>,
     /// The lights.
     pub lights: Lights,
+    /// What light meets between surfaces.
+    pub media: Arc<Media>,
     /// The camera.
     pub camera: Camera,
     /// The time asked for, in seconds.
@@ -135,6 +138,7 @@ impl Scene {
             world,
             materials: self.materials.clone(),
             lights,
+            media: Arc::clone(&self.media),
             camera: self.camera.over(times),
             time_seconds,
             shutter_seconds: times,

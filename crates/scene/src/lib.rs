@@ -6,7 +6,7 @@
 //! - [`schema`] is the layer below scene files: from one declaration come a table's type, its reader and its reference
 //!   page. Techniques declare their settings with it too.
 //! - [`spec`] holds the declarations for scene files, [`spec::scene_format_markdown`] the reference page.
-//! - [`lights`] and [`camera`] are what a frame is lit by and seen through.
+//! - [`lights`] and [`camera`] are what a frame is lit by and seen through, [`media`] what light meets on the way.
 
 mod bare;
 mod build;
@@ -17,6 +17,7 @@ mod frame;
 mod framing;
 mod geometry;
 pub mod lights;
+pub mod media;
 mod motion;
 mod posed;
 pub mod sampling;

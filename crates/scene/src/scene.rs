@@ -9,6 +9,7 @@ use halflight_trace::Simd;
 use crate::SceneError;
 use crate::build::{Builder, CameraRig, Form, LightRig, Object, studio};
 use crate::framing::Outline;
+use crate::media::Media;
 use crate::schema::{Kind, Origin, Problem, Source, Table, Value};
 use crate::spec::{self, ImageSpec, SceneSpec};
 use crate::{bare, build};
@@ -70,6 +71,7 @@ pub struct Scene {
     pub(crate) materials: Vec<Arc<Material>>,
     pub(crate) objects: Vec<Object>,
     pub(crate) lights: LightRig,
+    pub(crate) media: Arc<Media>,
     pub(crate) techniques: Vec<(String, Table)>,
     pub(crate) warnings: Vec<String>,
     pub(crate) files: Vec<PathBuf>,
@@ -167,12 +169,13 @@ impl Scene {
         name: String,
         said: String,
         options: &LoadOptions,
-        builder: Builder,
+        mut builder: Builder,
         spec: SceneSpec,
         objects: Vec<Object>,
         lights: LightRig,
         camera: CameraRig,
     ) -> Result<Self, SceneError> {
+        let media = Arc::new(builder.media(&spec.medium));
         let Builder { reader, warnings, files, materials, .. } = builder;
         reader.finish(Some(()))?;
         Ok(Self {
@@ -183,6 +186,7 @@ impl Scene {
             materials,
             objects,
             lights,
+            media,
             techniques: spec.technique.0.into_iter().map(|(name, table)| (name.value, table)).collect(),
             warnings,
             files,

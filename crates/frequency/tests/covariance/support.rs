@@ -34,7 +34,7 @@ pub(crate) fn moments<const N: usize>(
     let mut line = vec![Complex::default(); n];
     for axis in 0..N {
         let stride = n.pow((N - 1 - axis) as u32);
-        for start in (0..values.len()).filter(|i| i / stride % n == 0) {
+        for start in (0..values.len()).filter(|i| (i / stride).is_multiple_of(n)) {
             for (k, value) in line.iter_mut().enumerate() {
                 *value = values[start + k * stride];
             }

@@ -8,6 +8,7 @@ mod environment;
 mod heights;
 mod lights;
 mod materials;
+mod media;
 mod meshes;
 mod model_materials;
 mod node_spheres;

@@ -4,6 +4,7 @@ mod camera;
 mod height;
 mod light;
 mod material;
+mod medium;
 mod shape;
 mod transform;
 
@@ -21,6 +22,7 @@ pub use material::{
     MaterialCommon, MaterialKindSpec, MaterialSpec, MeasuredSpec, Metal, MetallicRoughnessSpec, MirrorSpec,
     NormalMapSpec, NormalMapTable, PhongSpec, ScalarSetting, SpaceName, TextureSpec, WrapName,
 };
+pub use medium::MediumSpec;
 pub use shape::{
     BoxSpec, DiskSpec, GeneratedName, GeneratedSpec, HeightFieldSpec, HeightsSpec, MaterialReference,
     MeshSpec, PlaneSpec, RectangleSpec, Shading, ShapeCommon, ShapeKind, ShapeSpec, SphereSpec, SpheresSpec,
@@ -54,6 +56,8 @@ record! {
         material: Named<MaterialSpec>,
         /// Shapes, each a `[[shape]]`.
         shape: Vec<At<ShapeSpec>>,
+        /// What light meets between surfaces, each a `[[medium]]`.
+        medium: Vec<At<MediumSpec>>,
         /// Settings of techniques, each a `[technique.NAME]`, with the keys that the technique's own page lists.
         technique: RawTables,
     }

@@ -17,23 +17,35 @@ impl Integrator<'_> {
         let mut throughput = Vec3::ONE;
         let mut departure: Option<Departure> = None;
         for depth in 0.. {
+            let sent = ray;
             hit = self.cutouts.stopping(frame, &mut ray, hit);
-            let Some(found) = hit else {
+            let collision = if self.in_media {
+                self.collision(&sent, &ray, hit.as_ref(), sampler.next_four(), &mut throughput)
+            } else {
+                None
+            };
+            if hit.is_none() && collision.is_none() {
                 if let Some(environment) = lights.environment() {
                     let point = environment.locate(ray.direction);
                     let found = (point, environment.radiance_at(point));
                     radiance += self.escaped(throughput, departure.as_ref(), found, depth);
                 }
                 break;
+            }
+            let vertex = match (collision, &hit) {
+                (Some(collision), _) => Vertex::in_medium(frame, &sent, collision.t, collision.anisotropy),
+                (None, Some(found)) => Vertex::stopped(frame, &ray, found),
+                (None, None) => break,
             };
-            let vertex = Vertex::stopped(frame, &ray, &found);
             radiance += self.emitted_by(&vertex, throughput, departure.as_ref(), ray.time, depth);
             if depth >= self.settings.max_depth {
                 break;
             }
-            let (u, v) = (sampler.next_four(), sampler.next_four());
+            let u = sampler.next_four();
+            let passage = if self.in_media { sampler.next_four() } else { [0.0; 4] };
+            let v = sampler.next_four();
             if !vertex.bsdf.is_delta_only() {
-                let direct = self.direct_alone(&vertex, [u[0], u[1], u[2]], ray.time);
+                let direct = self.direct_alone(&vertex, [u[0], u[1], u[2]], passage, ray.time);
                 radiance += self.bounded(throughput * direct, depth + 1);
             }
             let next = self.next(&vertex, u[3], Vec2::new(v[0], v[1]), v[2], depth, &mut throughput);
@@ -46,7 +58,7 @@ impl Integrator<'_> {
     }
 
     /// Radiance towards the eye from one sample of the lights.
-    fn direct_alone(&self, vertex: &Vertex, u: [f32; 3], time: f32) -> Vec3 {
+    fn direct_alone(&self, vertex: &Vertex, u: [f32; 3], passage: [f32; 4], time: f32) -> Vec3 {
         let lights = &self.frame.lights;
         let light = lights.sample(vertex.surface.position, u[2], Vec2::new(u[0], u[1]), time);
         let Some(light) = light else { return Vec3::ZERO };
@@ -60,6 +72,7 @@ impl Integrator<'_> {
             Arrival::Environment(point) => lights.environment().map_or(Vec3::ZERO, |e| e.radiance_at(point)),
             Arrival::From { radiance, .. } => radiance,
         };
-        scattered * radiance * scale
+        let direct = scattered * radiance * scale;
+        if self.in_media { direct * self.transmittance(&ray, passage) } else { direct }
     }
 }

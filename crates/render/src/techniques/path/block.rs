@@ -26,6 +26,8 @@ pub(super) struct Block<'a> {
     paths: [Path; LANES],
     vertices: Vec<Vertex<'a>>,
     numbers: Numbers,
+    /// The same for the way through media.
+    passage: Numbers,
     lights: LightSamples,
     shadows: Shadows,
     blocked: [bool; LANES],
@@ -59,6 +61,7 @@ impl Block<'_> {
             paths: [path; LANES],
             vertices: Vec::with_capacity(LANES),
             numbers: [[0.0; LANES]; 4],
+            passage: [[0.0; LANES]; 4],
             lights: LightSamples::default(),
             shadows: Shadows::new(),
             blocked: [false; LANES],
@@ -93,12 +96,16 @@ impl<'a> Integrator<'a> {
                 return;
             }
             samplers.next_four(arrived, &mut block.numbers);
+            if self.in_media {
+                samplers.next_four(arrived, &mut block.passage);
+            }
             self.seek_light(block, depth, rays);
             let u_lobe = block.numbers[3];
             samplers.next_four(arrived, &mut block.numbers);
             under_way = self.scatter(block, depth, &u_lobe, &mut samplers);
             *rays += under_way as u64;
-            let nothing_shines = self.frame.lights.emitters().is_empty() && !self.cutouts.any;
+            let nothing_shines =
+                self.frame.lights.emitters().is_empty() && !self.cutouts.any && !self.in_media;
             if depth + 1 >= self.settings.max_depth && nothing_shines {
                 return self.look_for_environment(block, under_way, depth + 1);
             }
@@ -116,9 +123,23 @@ impl<'a> Integrator<'a> {
         let mut escaped = 0;
         let mut arrived = [0; LANES];
         let mut ended = [block.paths[0]; LANES];
+        if self.in_media {
+            samplers.next_four(under_way, &mut block.passage);
+        }
         for i in 0..under_way {
-            let path = block.paths[i];
+            let mut path = block.paths[i];
+            let sent = block.rays[i];
             let hit = self.cutouts.stopping(frame, &mut block.rays[i], block.hits[i]);
+            if self.in_media {
+                let u = block.passage.map(|of_all| of_all[i]);
+                let stopped = &block.rays[i];
+                if let Some(at) = self.collision(&sent, stopped, hit.as_ref(), u, &mut path.throughput) {
+                    let place = block.vertices.len();
+                    block.vertices.push(Vertex::in_medium(frame, &sent, at.t, at.anisotropy));
+                    (block.paths[place], arrived[place]) = (path, i as u8);
+                    continue;
+                }
+            }
             let Some(hit) = &hit else {
                 (ended[escaped], block.directions[escaped]) = (path, block.rays[i].direction);
                 escaped += 1;
@@ -158,14 +179,19 @@ impl<'a> Integrator<'a> {
             }
             let Some(light) = block.lights.get(i) else { continue };
             let Some((scattered, scale)) = scattered(vertex, light) else { continue };
-            let shadow = Shadow { vertex: i as u8, scattered, scale, arrival: light.arrival };
+            let shadow = Shadow { vertex: i as u8, scattered, scale, arrival: light.arrival, ray: 0 };
             block.shadows.push(shadow, shadow_ray(vertex, light, paths[i].time));
         }
         *rays += block.shadows.len() as u64;
         block.shadows.trace(self.frame, self.cutouts);
+        let through = self.in_media.then(|| block.shadows.rays());
         for (shadow, radiance) in block.shadows.arriving(world.simd(), lights.environment()) {
             let path = &paths[shadow.vertex as usize];
-            let direct = shadow.scattered * radiance * shadow.scale;
+            let mut direct = shadow.scattered * radiance * shadow.scale;
+            if let Some(rays) = &through {
+                let u = block.passage.map(|of_all| of_all[shadow.vertex as usize]);
+                direct *= self.transmittance(&rays[shadow.ray as usize], u);
+            }
             block.radiance[path.pixel as usize] += self.bounded(path.throughput * direct, depth + 1);
         }
     }

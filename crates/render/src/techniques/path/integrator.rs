@@ -8,10 +8,11 @@
 use glam::{Vec2, Vec3};
 use halflight_scene::Frame;
 use halflight_scene::lights::{Arrival, LightSample, MapPoint};
-use halflight_trace::Ray;
+use halflight_trace::{Hit, Ray};
 
 use super::PathSettings;
 use crate::cutouts::Cutouts;
+use crate::tracking::{self, Collision, Stream};
 use crate::vertex::Vertex;
 
 /// A path never survives the roulette with more than this, so that even white enclosures end.
@@ -22,6 +23,8 @@ pub(super) struct Integrator<'a> {
     pub(super) frame: &'a Frame,
     pub(super) settings: PathSettings,
     pub(super) cutouts: Cutouts,
+    /// Whether there is anything between surfaces.
+    pub(super) in_media: bool,
 }
 
 /// How the ray that is under way was chosen, for the weight of the light it may find.
@@ -33,11 +36,30 @@ pub(super) struct Departure {
 
 impl<'a> Integrator<'a> {
     pub(super) fn new(frame: &'a Frame, settings: PathSettings) -> Self {
-        Self { frame, settings, cutouts: Cutouts::of(frame) }
+        Self { frame, settings, cutouts: Cutouts::of(frame), in_media: !frame.media.is_empty() }
     }
 }
 
 impl Integrator<'_> {
+    /// Where a ray scatters in a medium before it comes to `hit`; `stopped` is the ray that the hit belongs to, which begins
+    /// later on `ray` if that has passed a hole.
+    pub(super) fn collision(
+        &self,
+        ray: &Ray,
+        stopped: &Ray,
+        hit: Option<&Hit>,
+        u: [f32; 4],
+        throughput: &mut Vec3,
+    ) -> Option<Collision> {
+        let end = hit.map_or(f32::INFINITY, |hit| (stopped.at(hit.t) - ray.origin).dot(ray.direction));
+        tracking::collide(&self.frame.media, ray, end, &mut Stream::new(u), throughput)
+    }
+
+    /// How much of the light of a shadow ray media let pass.
+    pub(super) fn transmittance(&self, ray: &Ray, u: [f32; 4]) -> Vec3 {
+        tracking::transmittance(&self.frame.media, ray, &mut Stream::new(u))
+    }
+
     /// What a path brings whose ray met nothing but the environment.
     #[inline]
     pub(super) fn escaped(

@@ -21,6 +21,8 @@ pub(super) struct Shadow {
     /// What the sample counts.
     pub(super) scale: f32,
     pub(super) arrival: Arrival,
+    /// Place of its ray.
+    pub(super) ray: u8,
 }
 
 /// Shadow rays, one for each vertex that seeks light.
@@ -36,7 +38,7 @@ pub(super) struct Shadows {
 impl Shadows {
     pub(super) fn new() -> Self {
         let arrival = Arrival::From { point: None, radiance: Vec3::ZERO };
-        let shadow = Shadow { vertex: 0, scattered: Vec3::ZERO, scale: 0.0, arrival };
+        let shadow = Shadow { vertex: 0, scattered: Vec3::ZERO, scale: 0.0, arrival, ray: 0 };
         Self {
             shadows: [shadow; LANES],
             rays: [Ray::new(Vec3::ZERO, Vec3::Z); LANES],
@@ -57,7 +59,7 @@ impl Shadows {
 
     #[inline]
     pub(super) fn push(&mut self, shadow: Shadow, ray: Ray) {
-        (self.shadows[self.count], self.rays[self.count]) = (shadow, ray);
+        (self.shadows[self.count], self.rays[self.count]) = (Shadow { ray: self.count as u8, ..shadow }, ray);
         self.count += 1;
     }
 
@@ -75,6 +77,11 @@ impl Shadows {
             free += 1;
         }
         self.count = free;
+    }
+
+    /// The rays, those that are blocked too.
+    pub(super) fn rays(&self) -> [Ray; LANES] {
+        self.rays
     }
 
     /// The light that arrives, with its radiance.

@@ -1,6 +1,7 @@
 #![allow(clippy::unwrap_used)]
 
 use glam::Vec3;
+use halflight_scene::media::DensityGrid;
 use halflight_scene::{Frame, LoadOptions, Scene};
 
 use super::*;
@@ -86,9 +87,30 @@ position = [-1, 2, 1]
 intensity = [3, 3, 4]
 "#;
 
+/// Media that overlap, one of them on a grid, coloured, one of them everywhere.
+const FOG: &str = r#"
+[[medium]]
+scattering = [0.05, 0.1, 0.15]
+absorption = 0.02
+anisotropy = 0.6
+[[medium]]
+center = [0.3, 0.5, 0.3]
+radius = 0.7
+scattering = 1.5
+anisotropy = -0.3
+[[medium]]
+min = [-1.2, 0, -0.5]
+max = [0.2, 1, 1.2]
+grid = "smoke.grid"
+scattering = [2, 1, 0.5]
+absorption = [0.1, 0.5, 1]
+"#;
+
 fn frame(text: &str) -> Frame {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("scene.toml");
+    let values = (0..5 * 4 * 3).map(|i| (i * 7 % 11) as f32 * 0.2).collect();
+    DensityGrid::new([5, 4, 3], values).unwrap().save(&folder.path().join("smoke.grid")).unwrap();
     std::fs::write(&path, text).unwrap();
     let scene = Scene::load(&path, &LoadOptions::default()).unwrap_or_else(|error| panic!("{error}"));
     scene.at(0.0).unwrap()
@@ -96,7 +118,8 @@ fn frame(text: &str) -> Frame {
 
 #[test]
 fn the_paths_of_a_block_bring_what_each_would_bring_alone() {
-    for lights in [SKY.to_owned(), LAMPS.to_owned(), format!("{SKY}{LAMPS}")] {
+    let all = format!("{SKY}{LAMPS}{FOG}");
+    for lights in [SKY.to_owned(), LAMPS.to_owned(), format!("{SKY}{LAMPS}"), format!("{LAMPS}{FOG}"), all] {
         let frame = frame(&format!("{COMMON}{lights}"));
         let mut lit = 0;
         for settings in [
@@ -179,4 +202,72 @@ material = "ground"
     // Seen through the card, and lit through it.
     assert!((half / open - 0.25).abs() < 0.01, "{half} {open}");
     assert!(solid.abs() < 1e-6, "{solid}");
+}
+
+/// A camera that looks along −z at nothing, for media.
+const TELESCOPE: &str = r#"
+[camera]
+origin = [0, 0, 3]
+target = [0, 0, 0]
+vertical_fov_degrees = 1
+"#;
+
+#[test]
+fn a_furnace_of_media_without_absorption_is_white() {
+    for shape in
+        ["center = [0, 0, 0]\nradius = 1", "min = [-1, -1, -1]\nmax = [1, 1, 1]\ngrid = \"smoke.grid\""]
+    {
+        for anisotropy in [0.0, 0.7, -0.4] {
+            let text = format!(
+                "{TELESCOPE}[environment]\ncolor = 1\n[[medium]]\nscattering = [2, 1, 0.5]\nanisotropy = \
+                 {anisotropy}\n{shape}\n[technique.path]\nmax_depth = 200\n"
+            );
+            let frame = frame(&text);
+            let mut film = Film::new(48, 40);
+            let budget = Budget { samples: Some(96), ..Budget::default() };
+            let settings = PathSettings { max_depth: 200, ..PathSettings::default() };
+            Path::new(settings).render(&frame, &mut film, &budget, &crate::technique::Quiet).unwrap();
+            for channel in 0..3 {
+                let pixels = film.image().pixels;
+                let mean = pixels.iter().map(|p| f64::from(p[channel])).sum::<f64>() / pixels.len() as f64;
+                assert!((mean - 1.0).abs() < 0.01, "{shape} {anisotropy} {channel}: {mean}");
+            }
+        }
+    }
+}
+
+#[test]
+fn light_scattered_once_in_a_slab_is_its_integral() {
+    // A beam from above on a slab seen from the side: L = ∫ σ_s p(90°) E exp(−σ_t (h − y)) exp(−σ_t s) ds.
+    let (s, a, g) = (0.4f64, 0.2f64, 0.5f64);
+    let text = format!(
+        "[camera]\norigin = [0, 0, 3]\ntarget = [0, 0, 0]\nvertical_fov_degrees = 0.01\n\
+         [environment]\ntype = \"black\"\n[[light]]\ntype = \"directional\"\ndirection = [0, -1, 0]\n\
+         irradiance = 3\n[[medium]]\nmin = [-50, -1, -1.5]\nmax = [50, 1, 0.5]\nscattering = {s}\n\
+         absorption = {a}\nanisotropy = {g}\n"
+    );
+    let frame = frame(&text);
+    let mut film = Film::new(48, 40);
+    let budget = Budget { samples: Some(256), ..Budget::default() };
+    let settings = PathSettings { max_depth: 1, ..PathSettings::default() };
+    Path::new(settings).render(&frame, &mut film, &budget, &crate::technique::Quiet).unwrap();
+    let pixels = film.image().pixels;
+    let mean = pixels.iter().map(|p| f64::from(p[0])).sum::<f64>() / pixels.len() as f64;
+    let phase = (1.0 - g * g) / (4.0 * std::f64::consts::PI * (1.0 + g * g).powf(1.5));
+    let t = s + a;
+    // Two metres of the ray, one metre of medium above each point of it.
+    let expected = 3.0 * s * phase * (-t).exp() * (1.0 - (-2.0 * t).exp()) / t;
+    assert!((mean / expected - 1.0).abs() < 0.01, "{mean} {expected}");
+}
+
+#[test]
+fn a_lamp_behind_a_medium_is_dimmed_as_beer_and_lambert_say() {
+    let text = format!(
+        "{TELESCOPE}[environment]\ntype = \"black\"\n[[light]]\ntype = \"rectangle\"\nposition = [0, 0, -3]\n\
+         target = [0, 0, 0]\nsize = [4, 4]\nradiance = 5\n[[medium]]\nabsorption = 0.7\n\
+         min = [-9, -9, -1]\nmax = [9, 9, 1]\n"
+    );
+    let expected = 5.0 * (-1.4f64).exp();
+    let found = mean(&text, 4);
+    assert!((found / expected - 1.0).abs() < 1e-3, "{found} {expected}");
 }
