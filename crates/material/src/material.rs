@@ -214,6 +214,32 @@ impl Material {
         }
     }
 
+    /// Whether it scatters alike at every point, so that one [`Material::bsdf`] stands for all of a surface of one
+    /// colour: no textures and no normal map.
+    pub fn is_uniform(&self) -> bool {
+        let color = |input: &ColorInput| matches!(input, ColorInput::Constant(_));
+        let scalar = |input: &ScalarInput| matches!(input, ScalarInput::Constant(_));
+        self.normal_map.is_none()
+            && match &self.kind {
+                MaterialKind::Black | MaterialKind::Measured(_) => true,
+                MaterialKind::Diffuse { albedo } => color(albedo),
+                MaterialKind::Phong { diffuse, specular, exponent } => {
+                    color(diffuse) && color(specular) && scalar(exponent)
+                }
+                MaterialKind::Conductor { color: metal, roughness, .. } => {
+                    scalar(roughness)
+                        && match metal {
+                            ConductorColor::Complex { .. } => true,
+                            ConductorColor::Normal(input) | ConductorColor::Constant(input) => color(input),
+                        }
+                }
+                MaterialKind::Dielectric { roughness, tint, .. } => scalar(roughness) && color(tint),
+                MaterialKind::MetallicRoughness { base_color, metallic, roughness, transmission, .. } => {
+                    color(base_color) && [metallic, roughness, transmission].into_iter().all(scalar)
+                }
+            }
+    }
+
     /// The mean emitted radiance over the texture. Walks the whole picture: for preparation, not for shading.
     pub fn mean_emission(&self) -> Vec3 {
         self.emission.as_ref().map_or(Vec3::ZERO, ColorInput::mean)

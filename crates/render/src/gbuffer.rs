@@ -1,16 +1,19 @@
 //! What the eye sees through each pixel, for techniques that shade points instead of paths.
 
+use std::sync::{Mutex, PoisonError};
+
 use glam::{Vec2, Vec3};
-use halflight_material::LowFrequency;
+use halflight_material::{LowFrequency, Material, SurfaceInput};
 use halflight_scene::Frame;
-use halflight_scene::camera::View;
-use halflight_trace::{Hit, Ray};
+use halflight_trace::{Geometry, GridPoints, GridRows, Hit, Instance, Ray};
 use rayon::prelude::*;
 
-use crate::vertex::Vertex;
+use crate::vertex::{Vertex, facing_like};
 
 /// Columns and rows of the blocks whose rays are traced together.
 pub(crate) const BLOCK: usize = 8;
+/// Rows that are looked at in one piece of work.
+const BAND: usize = 16;
 
 /// The visible point of a pixel.
 #[derive(Clone, Copy, Debug)]
@@ -35,6 +38,10 @@ pub(crate) enum Visible {
     Nothing(Vec3),
 }
 
+/// Memory for the pixels of a [`GBuffer`], kept from picture to picture: to ask for it anew costs as much as to fill it.
+#[derive(Default)]
+pub(crate) struct Room(Mutex<Vec<Visible>>);
+
 /// The visible points of a picture, pixel by pixel, rows from the top.
 pub(crate) struct GBuffer {
     pub(crate) width: usize,
@@ -45,43 +52,90 @@ pub(crate) struct GBuffer {
 impl GBuffer {
     /// Looks through the point `offset` of each pixel, (½, ½) for its middle. A lens counts as its middle, a shutter
     /// as the moment it opens.
-    pub(crate) fn look(frame: &Frame, width: usize, height: usize, offset: Vec2) -> Self {
-        let view = frame.camera.view(width, height);
-        let mut pixels = vec![Visible::Nothing(Vec3::ZERO); width * height];
-        pixels.par_chunks_mut(width * BLOCK).enumerate().for_each(|(band, pixels)| {
-            let rows = pixels.len() / width;
-            for left in (0..width).step_by(BLOCK) {
-                let columns = BLOCK.min(width - left);
-                look_at_block(frame, &view, pixels, [left, band * BLOCK, columns, rows], width, offset);
-            }
-        });
+    pub(crate) fn look(frame: &Frame, width: usize, height: usize, offset: Vec2, room: &Room) -> Self {
+        let grid = frame.camera.view(width, height).grid(offset, width, height);
+        let tracer = frame.world.grid(grid);
+        let plain = Plain::of(frame);
+        let mut pixels = std::mem::take(&mut *room.0.lock().unwrap_or_else(PoisonError::into_inner));
+        pixels.resize(width * height, Visible::Nothing(Vec3::ZERO));
+        pixels.par_chunks_mut(width * BAND).enumerate().for_each_init(
+            || (GridRows::default(), vec![None; width * BAND], GridPoints::default()),
+            |(room, hits, points), (band, pixels)| {
+                let (top, hits) = (band * BAND, &mut hits[..pixels.len()]);
+                tracer.rows(top, room, hits);
+                tracer.points(top, hits, points);
+                for (i, (hit, pixel)) in hits.iter().zip(pixels).enumerate() {
+                    let ray = grid.ray(i % width, top + i / width);
+                    let Some(hit) = hit else {
+                        *pixel = Visible::Nothing(ray.direction);
+                        continue;
+                    };
+                    let material = plain.material(frame, hit.instance, points.material_slot[i]);
+                    *pixel = Visible::Point(match material {
+                        Some(material) => plain_point(&ray, *hit, points, i, material),
+                        None => point(frame, &ray, *hit),
+                    });
+                }
+            },
+        );
         Self { width, height, pixels }
+    }
+
+    /// Gives the memory back for the next picture.
+    pub(crate) fn leave(self, room: &Room) {
+        *room.0.lock().unwrap_or_else(PoisonError::into_inner) = self.pixels;
     }
 }
 
-/// Fills the pixels of one block; `pixels` are the rows that it lies in.
-fn look_at_block(
-    frame: &Frame,
-    view: &View,
-    pixels: &mut [Visible],
-    [left, top, columns, rows]: [usize; 4],
-    width: usize,
-    offset: Vec2,
-) {
-    let mut rays = [Ray::new(Vec3::ZERO, Vec3::Z); BLOCK * BLOCK];
-    let mut hits: [Option<Hit>; BLOCK * BLOCK] = [None; BLOCK * BLOCK];
-    let count = columns * rows;
-    for (i, ray) in rays[..count].iter_mut().enumerate() {
-        let pixel = Vec2::new((left + i % columns) as f32, (top + i / columns) as f32) + offset;
-        *ray = view.ray(pixel, Vec2::splat(0.5), 0.0);
-    }
-    frame.world.closest_packet(&rays[..count], &mut hits[..count]);
-    for i in 0..count {
-        let visible = match hits[i] {
-            Some(hit) => Visible::Point(point(frame, &rays[i], hit)),
-            None => Visible::Nothing(rays[i].direction),
+/// Materials of which all that shading needs is known before: alike everywhere, and not shining.
+struct Plain {
+    /// By index in the frame.
+    materials: Vec<Option<LowFrequency>>,
+    /// By instance: whether its geometry has colours of its own.
+    colored: Vec<bool>,
+}
+
+impl Plain {
+    fn of(frame: &Frame) -> Self {
+        let input = SurfaceInput { uv: Vec2::ZERO, color: Vec3::ONE };
+        let alike = |material: &Material| {
+            (material.is_uniform() && !material.is_emissive()).then(|| material.bsdf(&input).low_frequency())
         };
-        pixels[i / columns * width + left + i % columns] = visible;
+        let colored = |instance: &Instance| match instance.geometry.as_ref() {
+            Geometry::Mesh(mesh) => !mesh.mesh().colors.is_empty(),
+            Geometry::Custom(_) => true,
+            _ => false,
+        };
+        Self {
+            materials: frame.materials.iter().map(|material| alike(material)).collect(),
+            colored: frame.world.instances().iter().map(colored).collect(),
+        }
+    }
+
+    #[inline]
+    fn material(&self, frame: &Frame, instance: u32, slot: u32) -> Option<LowFrequency> {
+        if self.colored[instance as usize] {
+            return None;
+        }
+        self.materials[frame.material_index(instance, slot) as usize]
+    }
+}
+
+/// [`point`] where the material is plain.
+#[inline]
+fn plain_point(ray: &Ray, hit: Hit, points: &GridPoints, i: usize, material: LowFrequency) -> VisiblePoint {
+    let towards_eye = -ray.direction;
+    let geometric = points.geometric_normal(i);
+    let normal = facing_like(points.shading_normal(i), geometric, towards_eye);
+    let facing = |normal: Vec3| if normal.dot(towards_eye) < 0.0 { -normal } else { normal };
+    VisiblePoint {
+        hit,
+        position: points.position(i),
+        geometric_normal: facing(geometric),
+        normal: facing(normal),
+        towards_eye,
+        material,
+        emitted: Vec3::ZERO,
     }
 }
 
@@ -97,5 +151,49 @@ fn point(frame: &Frame, ray: &Ray, hit: Hit) -> VisiblePoint {
         towards_eye,
         material: vertex.bsdf.low_frequency(),
         emitted: vertex.emitted(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use halflight_scene::{LoadOptions, Scene};
+
+    use super::*;
+
+    #[test]
+    fn plain_points_are_those_of_vertices() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("scene.toml");
+        let text = "
+            [camera]
+            origin = [3, 4, 5]
+            target = [0, 0, 0]
+            [[shape]]
+            type = \"height-field\"
+            extent = [6, 6]
+            posts = [40, 40]
+            heights = { type = \"fractal\", amplitude = 0.6, wavelength = 2 }
+            material = { type = \"phong\", diffuse = 0.4, specular = 0.3, exponent = 9 }
+            [[shape]]
+            type = \"sphere\"
+            center = [0, 1, 0]
+            radius = 0.7
+            material = { type = \"diffuse\", albedo = [0.2, 0.3, 0.4] }
+        ";
+        std::fs::write(&path, text).unwrap();
+        let frame = Scene::load(&path, &LoadOptions::default()).unwrap().at(0.0).unwrap();
+        let view = GBuffer::look(&frame, 70, 50, Vec2::splat(0.5), &Room::default());
+        let grid = frame.camera.view(70, 50).grid(Vec2::splat(0.5), 70, 50);
+        let mut seen = 0;
+        for (i, visible) in view.pixels.iter().enumerate() {
+            let Visible::Point(found) = visible else { continue };
+            let exact = point(&frame, &grid.ray(i % 70, i / 70), found.hit);
+            assert!(found.position.distance(exact.position) < 1e-5);
+            assert!(found.normal.distance(exact.normal) < 1e-4);
+            assert!(found.geometric_normal.distance(exact.geometric_normal) < 1e-4);
+            assert_eq!((found.material, found.emitted), (exact.material, exact.emitted));
+            seen += 1;
+        }
+        assert!(seen > 1000);
     }
 }

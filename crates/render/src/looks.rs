@@ -6,7 +6,7 @@ use glam::{Vec2, Vec3};
 use halflight_scene::Frame;
 
 use crate::film::Film;
-use crate::gbuffer::GBuffer;
+use crate::gbuffer::{GBuffer, Room};
 use crate::sampler::Sampler;
 use crate::technique::{Budget, Deadline, Progress, RenderReport};
 
@@ -40,6 +40,7 @@ pub(crate) fn add_looks(
     (budget, deadline): (&Budget, &Deadline),
     progress: &dyn Progress,
     (report, stages): (&mut RenderReport, Stages),
+    room: &Room,
     mut shade: impl FnMut(&GBuffer, &mut Stages) -> Vec<Vec3>,
 ) {
     each_look(
@@ -49,9 +50,11 @@ pub(crate) fn add_looks(
         progress,
         (report, stages),
         |size, offset, _, stages| {
-            let view = stages.time("g-buffer", || GBuffer::look(frame, size[0], size[1], offset));
+            let view = stages.time("g-buffer", || GBuffer::look(frame, size[0], size[1], offset, room));
             let rays = view.pixels.len() as u64;
-            (shade(&view, stages), rays)
+            let picture = shade(&view, stages);
+            view.leave(room);
+            (picture, rays)
         },
     );
 }

@@ -137,7 +137,7 @@ fn to_local(axes: &[Vec3; 3], direction: Vec3) -> Vec3 {
 /// The shading normal, bent just far enough that the eye sees the same side of it as of the geometry: interpolated
 /// and mapped normals turn away at silhouettes, which would be black.
 #[inline]
-fn facing_like(normal: Vec3, geometric: Vec3, towards_eye: Vec3) -> Vec3 {
+pub(crate) fn facing_like(normal: Vec3, geometric: Vec3, towards_eye: Vec3) -> Vec3 {
     /// Least cosine to the eye after bending, about 0.6 degrees above the horizon.
     const MIN_COSINE: f32 = 0.01;
     let side = if geometric.dot(towards_eye) < 0.0 { -1.0 } else { 1.0 };

@@ -8,7 +8,7 @@
 //! f (s, t, −1): the plane of focus is perpendicular to the viewing direction.
 
 use glam::{Affine3A, Vec2, Vec3};
-use halflight_trace::Ray;
+use halflight_trace::{Ray, RayGrid};
 
 use crate::sampling::concentric_disk;
 
@@ -91,6 +91,21 @@ impl View {
         }
     }
 
+    /// The rays through the point `offset` of each pixel, from the middle of the lens as the shutter opens: those of
+    /// [`View::ray`], all together.
+    pub fn grid(&self, offset: Vec2, columns: usize, rows: usize) -> RayGrid {
+        let pose = self.camera.pose[0];
+        let corner = (self.offset + offset * self.scale).extend(-1.0);
+        RayGrid {
+            origin: pose.translation.into(),
+            corner: pose.transform_vector3(corner),
+            across: pose.transform_vector3(Vec3::X * self.scale.x),
+            down: pose.transform_vector3(Vec3::Y * self.scale.y),
+            columns,
+            rows,
+        }
+    }
+
     /// Distance from the eye to `point` along the viewing direction, in metres.
     pub fn depth(&self, point: Vec3, time: f32) -> f32 {
         let pose = self.pose_at(time);
@@ -137,6 +152,23 @@ mod tests {
         ] {
             let ray = view.ray(Vec2::from(pixel), Vec2::splat(0.5), 0.0);
             assert!(ray.direction.distance(Vec3::from(direction)) < 1e-6, "{pixel:?}");
+        }
+    }
+
+    #[test]
+    fn the_rays_of_a_grid_are_those_through_its_pixels() {
+        let camera = Camera {
+            pose: [Camera::look_at(Vec3::new(1.0, 2.0, 3.0), Vec3::ZERO, Vec3::Y); 2],
+            field_of_view: FieldOfView::Vertical(0.7),
+            aperture_radius: 0.1,
+            focus_distance: 2.5,
+        };
+        let (view, offset) = (camera.view(40, 30), Vec2::new(0.3, 0.8));
+        let grid = view.grid(offset, 40, 30);
+        for (x, y) in [(0, 0), (39, 0), (17, 29)] {
+            let (a, b) =
+                (view.ray(Vec2::new(x as f32, y as f32) + offset, Vec2::splat(0.5), 0.0), grid.ray(x, y));
+            assert!(a.origin.distance(b.origin) < 1e-6 && a.direction.distance(b.direction) < 1e-6);
         }
     }
 

@@ -27,6 +27,7 @@
 pub mod bench;
 mod flat;
 mod geometry;
+mod grid;
 mod height_field;
 mod mesh;
 mod motion;
@@ -37,6 +38,7 @@ mod world;
 
 pub use flat::{Disk, Rectangle};
 pub use geometry::{Geometry, LocalHit, LocalSurface, RayGeometry};
+pub use grid::{GridPoints, GridRows, GridTracer, RayGrid};
 pub use height_field::HeightFieldTracer;
 pub use mesh::MeshTracer;
 pub use motion::Motion;

@@ -26,6 +26,9 @@ use crate::{LocalHit, LocalSurface, Ray, RayGeometry, Simd};
 use lanes::Plain;
 use march::{GridHit, GridRay, Surroundings, march};
 
+/// Cells along each side of a block of the pyramid's finest nodes.
+pub(crate) const BLOCK_CELLS: usize = 16;
+
 /// A height field that answers rays.
 ///
 /// ```
@@ -103,6 +106,32 @@ impl HeightFieldTracer {
     #[must_use]
     pub fn field(&self) -> &Arc<HeightField> {
         &self.field
+    }
+
+    /// Along x and z: what turns a difference over one or two cells into a slope.
+    pub(crate) fn per_metre(&self) -> &[[f32; 2]; 2] {
+        &self.per_metre
+    }
+
+    /// How many blocks of [`BLOCK_CELLS`]² cells there are.
+    pub(crate) fn blocks(&self) -> usize {
+        self.levels[0].nodes.len()
+    }
+
+    /// The first cell of a block, and its cells along x and z.
+    pub(crate) fn block_cells(&self, block: usize) -> ([usize; 2], [usize; 2]) {
+        let columns = self.levels[0].columns;
+        let first = [block % columns * BLOCK_CELLS, block / columns * BLOCK_CELLS];
+        let (across, along) = self.field.cells();
+        (first, [(across - first[0]).min(BLOCK_CELLS), (along - first[1]).min(BLOCK_CELLS)])
+    }
+
+    /// The box around a block over the shutter interval.
+    pub(crate) fn block_bounds(&self, block: usize) -> (Vec3, Vec3) {
+        let ([i, j], [across, along]) = self.block_cells(block);
+        let (low, high) = self.levels[0].nodes[block].range();
+        let (near, far) = (self.field.post(i, j), self.field.post(i + across, j + along));
+        (Vec3::new(near.x, low, near.z), Vec3::new(far.x, high, far.z))
     }
 
     /// Corners of a primitive at a time from 0 to 1, in the order that faces up, with their texture coordinates.

@@ -17,7 +17,8 @@ pub(super) struct Node {
 impl Node {
     const EMPTY: Node = Node { low: [f32::INFINITY; 16], high: [f32::NEG_INFINITY; 16] };
 
-    fn range(&self) -> (f32, f32) {
+    /// Least and greatest height.
+    pub(super) fn range(&self) -> (f32, f32) {
         let low = self.low.iter().fold(f32::INFINITY, |a, &b| a.min(b));
         (low, self.high.iter().fold(f32::NEG_INFINITY, |a, &b| a.max(b)))
     }

@@ -23,7 +23,8 @@ use halflight_shape::TriangleMesh;
 use crate::geometry::{LocalHit, LocalSurface, RayGeometry};
 use crate::{Ray, Simd};
 pub(crate) use bins::{item, number as item_number};
-use block::{Block, Corners, NO_CORNERS};
+pub(crate) use block::Block;
+use block::{Corners, NO_CORNERS};
 use node::Tree;
 pub(crate) use refit::node_rows;
 use walk::Reach;
@@ -130,6 +131,11 @@ impl MeshTracer {
     pub fn corners(&self, triangle: u32, time: f32) -> [Vec3; 3] {
         let triangle = self.mesh.triangles[triangle as usize];
         surface::corners_at(&self.mesh, self.positions_at_close.as_deref(), triangle, time)
+    }
+
+    /// The leaves of the tree: triangles with their corners as the shutter opens.
+    pub(crate) fn blocks(&self) -> &[Block] {
+        &self.blocks
     }
 
     /// Corners and boxes from the positions as they are now.

@@ -6,6 +6,8 @@ mod query;
 mod scattered;
 mod surface;
 
+pub(crate) use query::keep;
+
 use std::sync::Arc;
 
 use glam::Vec3;
@@ -135,6 +137,17 @@ impl World {
     #[must_use]
     pub fn surface(&self, ray: &Ray, hit: &Hit) -> Surface {
         surface::surface(self, ray, hit)
+    }
+
+    /// [`World::closest`] for up to 64 rays and one instance alone.
+    pub(crate) fn closest_of(&self, instance: u32, rays: &[Ray], hits: &mut [Option<Hit>]) {
+        packet::closest_of(self, instance, rays, hits);
+    }
+
+    /// From the space of an instance to the world as the shutter opens; none if the instance cannot be met.
+    pub(crate) fn placed(&self, instance: u32) -> Option<glam::Affine3A> {
+        let place = &self.places[instance as usize];
+        place.bounds.map(|_| self.instances[instance as usize].transform.open)
     }
 
     /// Lower and upper corner of everything, over the shutter interval; both zero for an empty world.

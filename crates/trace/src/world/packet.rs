@@ -32,7 +32,7 @@ fn in_place<'a>(place: &Place, rays: &'a [Ray], room: &'a mut [Ray; PACKET]) -> 
 }
 
 /// Asks one instance with up to 64 rays.
-fn closest_of(world: &World, number: u32, rays: &[Ray], hits: &mut [Option<Hit>]) {
+pub(super) fn closest_of(world: &World, number: u32, rays: &[Ray], hits: &mut [Option<Hit>]) {
     match world.instances[number as usize].geometry.as_ref() {
         Geometry::Mesh(mesh) => {
             let mut room = [NO_RAY; PACKET];

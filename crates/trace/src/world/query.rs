@@ -37,7 +37,7 @@ pub(super) fn hit_of(instance: u32, hit: LocalHit) -> Hit {
 /// Keeps the nearer of two hits, and of equal ones that of the smaller instance. A hit counts as no nearer than the
 /// instance's box, `near`: so the order in which instances are asked does not matter.
 #[inline(always)]
-pub(super) fn keep(best: &mut Option<Hit>, mut found: Hit, near: f32) {
+pub(crate) fn keep(best: &mut Option<Hit>, mut found: Hit, near: f32) {
     found.t = found.t.max(near);
     let wins =
         best.is_none_or(|best| found.t < best.t || (found.t == best.t && found.instance < best.instance));

@@ -41,6 +41,7 @@ use halflight_trace::Instance;
 pub use settings::{PrtSettings, TransferKind};
 
 use crate::film::Film;
+use crate::gbuffer::Room;
 use crate::looks::{Stages, add_looks};
 use crate::sh_light::{LightCache, SHARP_LIGHT};
 use crate::technique::{Budget, Deadline, Progress, RenderReport, Technique, TechniqueError};
@@ -59,6 +60,7 @@ pub struct Prt {
     settings: PrtSettings,
     lights: ProjectedLights,
     prepared: Mutex<Option<Arc<Prepared>>>,
+    room: Room,
 }
 
 /// What is kept from frame to frame.
@@ -95,7 +97,12 @@ impl ProjectedLights {
 impl Prt {
     /// With settings other than the default.
     pub fn new(settings: PrtSettings) -> Self {
-        Self { settings, lights: ProjectedLights::default(), prepared: Mutex::new(None) }
+        Self {
+            settings,
+            lights: ProjectedLights::default(),
+            prepared: Mutex::new(None),
+            room: Room::default(),
+        }
     }
 
     /// Transfer for a frame: what is there if nothing has moved, or made anew. `None` if told to stop.
@@ -274,7 +281,7 @@ impl Technique for Prt {
         let lit = Lit::new(frame, &prepared.receivers, &prepared.transfer, &light);
         let mut unknown = 0;
         let work = (&mut report, Stages::default());
-        add_looks(frame, film, (budget, &deadline), progress, work, |view, stages| {
+        add_looks(frame, film, (budget, &deadline), progress, work, &self.room, |view, stages| {
             let (picture, without) = stages.time("pixels", || lit.picture(view));
             unknown = unknown.max(without);
             picture

@@ -36,6 +36,7 @@ pub use accuracy::{FieldAccuracy, field_accuracy};
 pub use settings::ShadowFieldsSettings;
 
 use crate::film::Film;
+use crate::gbuffer::Room;
 use crate::looks::{Stages, add_looks};
 use crate::sh_light::{FrameLight, LightCache, SHARP_LIGHT};
 use crate::technique::{Budget, Deadline, Progress, RenderReport, Technique, TechniqueError};
@@ -65,11 +66,12 @@ struct Prepared<const ORDER: usize> {
     cast: Option<Cast<ORDER>>,
     flats: FlatTable<ORDER>,
     light: LightCache<ORDER>,
+    room: Room,
 }
 
 impl<const ORDER: usize> Prepared<ORDER> {
     fn new() -> Self {
-        Self { cast: None, flats: FlatTable::new(), light: LightCache::default() }
+        Self { cast: None, flats: FlatTable::new(), light: LightCache::default(), room: Room::default() }
     }
 }
 
@@ -149,7 +151,7 @@ impl<const ORDER: usize> Prepared<ORDER> {
         let notes = notes(frame, light.as_ref(), lamps, cast, &stage);
         let mut report = RenderReport { notes, ..RenderReport::default() };
         let work = (&mut report, Stages::default());
-        add_looks(frame, film, (budget, &deadline), progress, work, |view, stages| {
+        add_looks(frame, film, (budget, &deadline), progress, work, &self.room, |view, stages| {
             stages.time("pixels", || shade::shade(&shader, view))
         });
         Ok(report)

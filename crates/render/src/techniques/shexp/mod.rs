@@ -34,6 +34,7 @@ use halflight_trace::{Geometry, Instance};
 pub use settings::{BlockerLog, Composition, ExponentialKind, GlossyForm, ShexpSettings};
 
 use crate::film::Film;
+use crate::gbuffer::Room;
 use crate::looks::{Stages, add_looks};
 use crate::sh_light::{FrameLight, LightCache, SHARP_LIGHT};
 use crate::technique::{Budget, Deadline, Progress, RenderReport, Technique, TechniqueError};
@@ -53,6 +54,7 @@ pub struct Shexp {
     settings: ShexpSettings,
     bodies: Bodies,
     state: State,
+    room: Room,
 }
 
 /// What depends on the order.
@@ -66,11 +68,13 @@ enum State {
 struct Prepared<const ORDER: usize> {
     tables: Mutex<Option<Arc<Tables<ORDER>>>>,
     light: LightCache<ORDER>,
+    /// Memory that is kept from picture to picture.
+    lights: Mutex<refine::Lights<ORDER>>,
 }
 
 impl<const ORDER: usize> Default for Prepared<ORDER> {
     fn default() -> Self {
-        Self { tables: Mutex::new(None), light: LightCache::default() }
+        Self { tables: Mutex::new(None), light: LightCache::default(), lights: Mutex::default() }
     }
 }
 
@@ -83,7 +87,7 @@ impl Shexp {
             5 => State::Order5(Prepared::default()),
             _ => State::Order6(Prepared::default()),
         };
-        Self { settings, bodies: Bodies::default(), state }
+        Self { settings, bodies: Bodies::default(), state, room: Room::default() }
     }
 }
 
@@ -179,8 +183,12 @@ impl Shexp {
             RenderReport { notes: self.notes(&light, blockers.len()), ..RenderReport::default() };
         let (mut solved, mut pixels) = (0, 0);
         let work = (&mut report, stages);
-        add_looks(frame, film, (budget, &deadline), progress, work, |view, stages| {
-            let (picture, points) = refine::shade(&solver, view, frame, &self.settings, stages);
+        add_looks(frame, film, (budget, &deadline), progress, work, &self.room, |view, stages| {
+            let mut lights =
+                std::mem::take(&mut *prepared.lights.lock().unwrap_or_else(PoisonError::into_inner));
+            let picture = refine::shade(&solver, view, frame, &self.settings, &mut lights, stages);
+            let points = lights.len();
+            *prepared.lights.lock().unwrap_or_else(PoisonError::into_inner) = lights;
             (solved, pixels) = (solved + points, pixels + picture.len());
             picture
         });

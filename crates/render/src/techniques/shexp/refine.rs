@@ -30,6 +30,30 @@ const BAND: usize = 4;
 /// No light is known at a pixel.
 const NONE: u32 = u32::MAX;
 
+/// Light at points of a picture.
+#[derive(Default)]
+pub(super) struct Lights<const ORDER: usize> {
+    /// Pixel by pixel, the place of its light, or [`NONE`].
+    slots: Vec<u32>,
+    lights: Vec<Colors<ORDER>>,
+    /// The same in two parts, if a pixel adds lobes as logarithms; else empty.
+    apart: Vec<LogLight<ORDER>>,
+}
+
+impl<const ORDER: usize> Lights<ORDER> {
+    /// At how many points it is known.
+    pub(super) fn len(&self) -> usize {
+        self.lights.len()
+    }
+
+    fn clear(&mut self, pixels: usize) {
+        self.slots.clear();
+        self.slots.resize(pixels, NONE);
+        self.lights.clear();
+        self.apart.clear();
+    }
+}
+
 /// A picture that is being worked out.
 pub(super) struct Refinement<'a, const ORDER: usize> {
     solver: &'a Solver<'a, ORDER>,
@@ -37,34 +61,30 @@ pub(super) struct Refinement<'a, const ORDER: usize> {
     kernels: Kernels<ORDER>,
     /// By how much the irradiances that surround a pixel may differ.
     tolerance: f32,
-    /// Pixel by pixel, the place of its light, or [`NONE`].
-    slots: Vec<u32>,
-    lights: Vec<Colors<ORDER>>,
-    /// The same in two parts, if a pixel adds lobes as logarithms; else empty.
-    apart: Vec<LogLight<ORDER>>,
+    known: &'a mut Lights<ORDER>,
     with_logarithms: bool,
     radiance: Vec<Vec3>,
     /// Pixel by pixel, whether it is still to be shaded.
     open: Vec<bool>,
 }
 
-/// The radiance of every pixel, and for how many of them light was worked out.
+/// The radiance of every pixel. `known` is memory to work in; then it holds the points at which light was worked out.
 pub(super) fn shade<const ORDER: usize>(
     solver: &Solver<ORDER>,
     view: &GBuffer,
     frame: &Frame,
     settings: &ShexpSettings,
+    known: &mut Lights<ORDER>,
     stages: &mut Stages,
-) -> (Vec<Vec3>, usize) {
+) -> Vec<Vec3> {
     let pixels = view.width * view.height;
+    known.clear(pixels);
     let mut refinement = Refinement {
         solver,
         view,
         kernels: Kernels::new(settings),
         tolerance: settings.tolerance * unshadowed(solver.light),
-        slots: vec![NONE; pixels],
-        lights: Vec::new(),
-        apart: Vec::new(),
+        known,
         with_logarithms: false,
         radiance: vec![Vec3::ZERO; pixels],
         open: vec![true; pixels],
@@ -75,7 +95,7 @@ pub(super) fn shade<const ORDER: usize>(
         stages.time("points", || refinement.solve(stride));
         stages.time("pixels", || refinement.interpolate(stride));
         if stride == 1 {
-            return (refinement.radiance, refinement.lights.len());
+            return refinement.radiance;
         }
         stride /= 2;
     }
@@ -105,11 +125,12 @@ impl<const ORDER: usize> Refinement<'_, ORDER> {
     /// Works out the light at the corners of all cells that have open pixels.
     fn solve(&mut self, stride: usize) {
         let (places, groups) = self.wanted(stride);
-        let first = self.lights.len();
-        self.lights.resize(first + places.len(), [Sh::zero(); 3]);
-        let parts = if self.with_logarithms { self.lights.len() } else { 0 };
-        self.apart.resize(parts, LogLight::default());
-        let mut rest = (&mut self.lights[first..], self.apart.get_mut(first..).unwrap_or_default());
+        let first = self.known.lights.len();
+        self.known.lights.resize(first + places.len(), [Sh::zero(); 3]);
+        let parts = if self.with_logarithms { self.known.lights.len() } else { 0 };
+        self.known.apart.resize(parts, LogLight::default());
+        let mut rest =
+            (&mut self.known.lights[first..], self.known.apart.get_mut(first..).unwrap_or_default());
         let mut work = Vec::with_capacity(groups.len());
         let mut begin = 0;
         for end in groups {
@@ -138,7 +159,7 @@ impl<const ORDER: usize> Refinement<'_, ORDER> {
         let (width, height) = (self.view.width, self.view.height);
         let tile = (TILE_POINTS * stride).max(TILE_PIXELS);
         let (mut places, mut groups) = (Vec::new(), Vec::new());
-        let first = self.lights.len();
+        let first = self.known.lights.len();
         for top in (0..height).step_by(tile) {
             for left in (0..width).step_by(tile) {
                 for y in (top..(top + tile).min(height)).step_by(stride) {
@@ -149,8 +170,8 @@ impl<const ORDER: usize> Refinement<'_, ORDER> {
                         }
                         for place in cell.corners(width) {
                             let seen = matches!(self.view.pixels[place], Visible::Point(_));
-                            if seen && self.slots[place] == NONE {
-                                self.slots[place] = (first + places.len()) as u32;
+                            if seen && self.known.slots[place] == NONE {
+                                self.known.slots[place] = (first + places.len()) as u32;
                                 places.push(place as u32);
                             }
                         }
@@ -245,11 +266,11 @@ impl<const ORDER: usize> Refinement<'_, ORDER> {
     }
 
     fn light(&self, place: usize) -> Option<&Colors<ORDER>> {
-        self.lights.get(self.slots[place] as usize)
+        self.known.lights.get(self.known.slots[place] as usize)
     }
 
     fn apart(&self, place: usize) -> Option<&LogLight<ORDER>> {
-        self.apart.get(self.slots[place] as usize)
+        self.known.apart.get(self.known.slots[place] as usize)
     }
 }
 
