@@ -30,6 +30,11 @@ const fn path_traced(name: &'static str, text: &'static str) -> Demo {
     Demo { name, text, technique: "path", files: &[] }
 }
 
+/// A scene file that names no others, for the technique `covariance`.
+const fn covariant(name: &'static str, text: &'static str) -> Demo {
+    Demo { name, text, technique: "covariance", files: &[] }
+}
+
 /// A model beside the scene files.
 macro_rules! model {
     ($name:literal) => {
@@ -47,6 +52,10 @@ pub(crate) const DEMOS: &[Demo] = &[
     path_traced("cornell-box", include_str!("../../scenes/cornell-box.toml")),
     path_traced("depth-of-field", include_str!("../../scenes/depth-of-field.toml")),
     path_traced("moving", include_str!("../../scenes/moving.toml")),
+    covariant("wheel", include_str!("../../scenes/wheel.toml")),
+    covariant("glossy-floor", include_str!("../../scenes/glossy-floor.toml")),
+    covariant("caustic-glass", include_str!("../../scenes/caustic-glass.toml")),
+    covariant("fog-lamp", include_str!("../../scenes/fog-lamp.toml")),
     Demo {
         name: "wrecking-ball",
         text: include_str!("../../scenes/wrecking-ball.toml"),

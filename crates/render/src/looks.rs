@@ -20,6 +20,11 @@ const MAX_SAMPLES: u32 = 64;
 pub(crate) struct Stages(Vec<(&'static str, Duration)>);
 
 impl Stages {
+    /// What each took, in the order in which they came.
+    pub(crate) fn into_times(self) -> Vec<(&'static str, Duration)> {
+        self.0
+    }
+
     pub(crate) fn time<T>(&mut self, stage: &'static str, work: impl FnOnce() -> T) -> T {
         let start = Instant::now();
         let result = work();

@@ -3,6 +3,7 @@
 mod bandwidth;
 mod build;
 mod clock;
+mod covariance;
 mod memory;
 mod path;
 mod rays;
@@ -59,11 +60,13 @@ enum Name {
     Sh,
     /// The technique `bandwidth` against forward shading at equal error, its stages, and how its cost grows
     Bandwidth,
+    /// The technique `covariance` against `path` at equal error, its prediction, and what carrying covariance costs
+    Covariance,
     /// The technique `shexp` on three moving scenes, and how its cost grows
     Shexp,
 }
 
-const ALL: [Name; 9] = [
+const ALL: [Name; 10] = [
     Name::Rays,
     Name::Build,
     Name::Path,
@@ -73,6 +76,7 @@ const ALL: [Name; 9] = [
     Name::Sh,
     Name::Shexp,
     Name::Bandwidth,
+    Name::Covariance,
 ];
 
 /// A table with what one must know to read it.
@@ -104,6 +108,10 @@ pub(crate) fn run(args: &BenchArgs, console: Console) -> Result<(), Failure> {
             Name::Bandwidth => {
                 tell(console, &bandwidth::equal_quality(args)?);
                 bandwidth::growth(args)?
+            }
+            Name::Covariance => {
+                tell(console, &covariance::equal_error(args)?);
+                covariance::overhead(args)?
             }
             Name::Shexp => {
                 tell(console, &shexp::scenes(args)?);

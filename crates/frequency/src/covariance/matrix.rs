@@ -9,6 +9,9 @@ pub(crate) const FOUR_PI_SQUARED: f64 = 4.0 * PI * PI;
 /// The largest entry: frequencies beyond 10¹⁵ cycles per unit do not exist, and squares of it still have room in f64.
 pub(crate) const UNLIMITED: f64 = 1e30;
 
+/// What an axis may lose before rounding (1e-16) matters beside what is left.
+const LOST: f64 = 1e-4;
+
 /// Covariance of a local light field's spectrum, in cycles² per unit².
 ///
 /// N is 2 for (x, u), 3 for (x, u, t), 4 for (x, y, u, v), 5 for (x, y, u, v, t); no other is of use.
@@ -84,8 +87,7 @@ impl<const N: usize> Covariance<N> {
     #[inline]
     #[must_use]
     pub fn sheared(mut self, row: usize, column: usize, amount: f64) -> Self {
-        let mut scale = self.variances();
-        scale[column] = (scale[column] + amount * amount * scale[row]).min(f64::MAX);
+        let terms = self.rows[column][column] + amount * amount * self.rows[row][row];
         // Ω_column' = Ω_column + amount · Ω_row.
         for j in 0..N {
             self.rows[column][j] += amount * self.rows[row][j];
@@ -93,7 +95,12 @@ impl<const N: usize> Covariance<N> {
         for i in 0..N {
             self.rows[i][column] += amount * self.rows[i][row];
         }
-        self.tidy().settled(&scale)
+        if self.rows[column][column] >= LOST * terms {
+            return self.within_range(column);
+        }
+        let mut scale = self.variances();
+        scale[column] = terms;
+        self.tidy().resolved(&scale)
     }
 
     /// T = diag(…, factor at `axis`, …).
@@ -106,7 +113,7 @@ impl<const N: usize> Covariance<N> {
         for i in 0..N {
             self.rows[i][axis] *= factor;
         }
-        self.tidy()
+        self.within_range(axis)
     }
 
     /// Multiplication by something that varies by `amount` cycles² along one direction `e`: Σ + amount · e eᵀ.
@@ -119,7 +126,10 @@ impl<const N: usize> Covariance<N> {
                 self.rows[i][j] += amount * e[i] * e[j];
             }
         }
-        self.tidy()
+        for axis in 0..N {
+            self = self.within_range(axis);
+        }
+        self
     }
 
     /// Multiplication by a Gaussian window of variance `variance` along one axis; 0 is a slit, infinity nothing.
@@ -155,7 +165,10 @@ impl<const N: usize> Covariance<N> {
                 self.rows[i][j] -= s[i] * s[j] / denominator;
             }
         }
-        self.tidy().settled(&scale)
+        if (0..N).all(|i| self.rows[i][i] >= LOST * scale[i]) {
+            return self;
+        }
+        self.tidy().resolved(&scale)
     }
 
     /// Convolution along one axis.
@@ -176,6 +189,18 @@ impl<const N: usize> Covariance<N> {
             (result.rows[axis][i], result.rows[i][axis]) = (0.0, 0.0);
         }
         result
+    }
+
+    /// What two things vary by that multiply, or that light has met one after the other on the same axes: Σ + Σ₂.
+    #[inline]
+    #[must_use]
+    pub fn plus(mut self, other: &Self) -> Self {
+        for i in 0..N {
+            for j in 0..N {
+                self.rows[i][j] += other.rows[i][j];
+            }
+        }
+        self.tidy()
     }
 
     /// eᵀ Σ e.
@@ -255,15 +280,7 @@ impl<const N: usize> Covariance<N> {
     }
 
     /// Where an axis has lost most of `scale`, the size of the terms that made it, what is left may be rounding: keeps the
-    /// part that can be told from it, as a sum of squares.
-    #[inline]
-    fn settled(self, scale: &[f64; N]) -> Self {
-        /// What an axis may lose before rounding (1e-16) matters beside what is left.
-        const LOST: f64 = 1e-4;
-        if (0..N).all(|i| self.rows[i][i] >= LOST * scale[i]) { self } else { self.resolved(scale) }
-    }
-
-    /// A Cholesky decomposition with pivots that are cut off at the rounding, put together again.
+    /// part that can be told from it, by a Cholesky decomposition with pivots that are cut off at the rounding.
     #[cold]
     fn resolved(mut self, scale: &[f64; N]) -> Self {
         /// A few roundings of f64.
@@ -288,6 +305,15 @@ impl<const N: usize> Covariance<N> {
             }
         }
         result.tidy()
+    }
+
+    /// The axis as it is, if it is a variance that exists.
+    #[inline]
+    fn within_range(mut self, axis: usize) -> Self {
+        if !(0.0..=UNLIMITED).contains(&self.rows[axis][axis]) {
+            self.limit(axis);
+        }
+        self
     }
 
     /// After rounding: no negative variances, none above the largest frequency, and no correlation above 1.

@@ -1,6 +1,7 @@
 //! The techniques, one folder each, and their table: a new one is a folder and a line in [`TECHNIQUES`].
 
 pub mod bandwidth;
+pub mod covariance;
 pub mod path;
 pub mod prt;
 pub mod shadow_fields;
@@ -17,6 +18,7 @@ use crate::technique::Technique;
 pub const TECHNIQUES: &[Entry] = &[
     Entry { name: "path", make: |table| make(table, path::Path::new) },
     Entry { name: "bandwidth", make: |table| make(table, bandwidth::BandwidthTechnique::new) },
+    Entry { name: "covariance", make: |table| make(table, covariance::Covariance::new) },
     Entry { name: "prt", make: |table| make(table, prt::Prt::new) },
     Entry { name: "shadow-fields", make: |table| make(table, shadow_fields::ShadowFields::new) },
     Entry { name: "shexp", make: |table| make(table, shexp::Shexp::new) },

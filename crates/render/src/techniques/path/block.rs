@@ -17,12 +17,12 @@ use crate::samplers::{LANES, Numbers, Samplers};
 use crate::vertex::Vertex;
 
 /// Room for the paths of a block, kept from block to block.
-pub(super) struct Block<'a> {
+pub(in crate::techniques) struct Block<'a> {
     /// The rays under way, and then what they met.
-    pub(super) rays: [Ray; LANES],
-    pub(super) hits: [Option<Hit>; LANES],
+    pub(in crate::techniques) rays: [Ray; LANES],
+    pub(in crate::techniques) hits: [Option<Hit>; LANES],
     /// What the paths have brought so far, by their place in the block.
-    pub(super) radiance: [Vec3; LANES],
+    pub(in crate::techniques) radiance: [Vec3; LANES],
     paths: [Path; LANES],
     vertices: Vec<Vertex<'a>>,
     numbers: Numbers,
@@ -51,7 +51,7 @@ struct Path {
 }
 
 impl Block<'_> {
-    pub(super) fn new() -> Self {
+    pub(in crate::techniques) fn new() -> Self {
         let ray = Ray::new(Vec3::ZERO, Vec3::Z);
         let path = Path { pixel: 0, time: 0.0, throughput: Vec3::ONE, departure: None };
         Self {
@@ -75,7 +75,7 @@ impl Block<'_> {
 
 impl<'a> Integrator<'a> {
     /// The radiance along the first `count` rays of a block. Adds the rays it traces to `rays`.
-    pub(super) fn radiance_of_block(
+    pub(in crate::techniques) fn radiance_of_block(
         &self,
         block: &mut Block<'a>,
         count: usize,

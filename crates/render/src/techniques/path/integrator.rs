@@ -19,23 +19,23 @@ use crate::vertex::Vertex;
 const MAX_SURVIVAL: f32 = 0.95;
 
 /// What all paths of a frame share.
-pub(super) struct Integrator<'a> {
-    pub(super) frame: &'a Frame,
-    pub(super) settings: PathSettings,
-    pub(super) cutouts: Cutouts,
+pub(in crate::techniques) struct Integrator<'a> {
+    pub(in crate::techniques) frame: &'a Frame,
+    pub(in crate::techniques) settings: PathSettings,
+    pub(in crate::techniques) cutouts: Cutouts,
     /// Whether there is anything between surfaces.
-    pub(super) in_media: bool,
+    pub(in crate::techniques) in_media: bool,
 }
 
 /// How the ray that is under way was chosen, for the weight of the light it may find.
 #[derive(Clone, Copy)]
-pub(super) struct Departure {
+pub(in crate::techniques) struct Departure {
     position: Vec3,
     pdf: f32,
 }
 
 impl<'a> Integrator<'a> {
-    pub(super) fn new(frame: &'a Frame, settings: PathSettings) -> Self {
+    pub(in crate::techniques) fn new(frame: &'a Frame, settings: PathSettings) -> Self {
         Self { frame, settings, cutouts: Cutouts::of(frame), in_media: !frame.media.is_empty() }
     }
 }
@@ -43,7 +43,7 @@ impl<'a> Integrator<'a> {
 impl Integrator<'_> {
     /// Where a ray scatters in a medium before it comes to `hit`; `stopped` is the ray that the hit belongs to, which begins
     /// later on `ray` if that has passed a hole.
-    pub(super) fn collision(
+    pub(in crate::techniques) fn collision(
         &self,
         ray: &Ray,
         stopped: &Ray,
@@ -56,13 +56,13 @@ impl Integrator<'_> {
     }
 
     /// How much of the light of a shadow ray media let pass.
-    pub(super) fn transmittance(&self, ray: &Ray, u: [f32; 4]) -> Vec3 {
+    pub(in crate::techniques) fn transmittance(&self, ray: &Ray, u: [f32; 4]) -> Vec3 {
         tracking::transmittance(&self.frame.media, ray, &mut Stream::new(u))
     }
 
     /// What a path brings whose ray met nothing but the environment.
     #[inline]
-    pub(super) fn escaped(
+    pub(in crate::techniques) fn escaped(
         &self,
         throughput: Vec3,
         departure: Option<&Departure>,
@@ -75,7 +75,7 @@ impl Integrator<'_> {
 
     /// What a path brings from a surface that shines.
     #[inline]
-    pub(super) fn emitted_by(
+    pub(in crate::techniques) fn emitted_by(
         &self,
         vertex: &Vertex,
         throughput: Vec3,
@@ -105,7 +105,7 @@ impl Integrator<'_> {
 
     /// Where a path goes on by a sample of the material, with its throughput brought up to date; `None` where it ends.
     #[inline]
-    pub(super) fn next(
+    pub(in crate::techniques) fn next(
         &self,
         vertex: &Vertex,
         u_lobe: f32,
@@ -136,7 +136,7 @@ impl Integrator<'_> {
 
     /// The contribution of light that was scattered `depth` times, with indirect light clamped if that is asked for.
     #[inline]
-    pub(super) fn bounded(&self, contribution: Vec3, depth: u32) -> Vec3 {
+    pub(in crate::techniques) fn bounded(&self, contribution: Vec3, depth: u32) -> Vec3 {
         match self.settings.clamp {
             Some(limit) if depth > 1 => {
                 let largest = contribution.max_element();
@@ -149,7 +149,7 @@ impl Integrator<'_> {
 
 /// What a vertex scatters to the eye of the light that a sample found, and what that sample counts; `None` if nothing.
 #[inline]
-pub(super) fn scattered(vertex: &Vertex, light: &LightSample) -> Option<(Vec3, f32)> {
+pub(in crate::techniques) fn scattered(vertex: &Vertex, light: &LightSample) -> Option<(Vec3, f32)> {
     if matches!(light.arrival, Arrival::From { radiance: Vec3::ZERO, .. }) {
         return None;
     }
@@ -164,7 +164,7 @@ pub(super) fn scattered(vertex: &Vertex, light: &LightSample) -> Option<(Vec3, f
 
 /// The ray that must meet nothing for light to arrive.
 #[inline]
-pub(super) fn shadow_ray(vertex: &Vertex, light: &LightSample, time: f32) -> Ray {
+pub(in crate::techniques) fn shadow_ray(vertex: &Vertex, light: &LightSample, time: f32) -> Ray {
     match light.arrival {
         Arrival::From { point: Some(point), .. } => vertex.surface.spawn_to(point, time),
         _ => vertex.surface.spawn(light.direction, time),

@@ -6,8 +6,8 @@
 
 #[cfg(test)]
 mod alone;
-mod block;
-mod integrator;
+pub(super) mod block;
+pub(super) mod integrator;
 mod settings;
 mod shadows;
 #[cfg(test)]
@@ -29,9 +29,9 @@ use integrator::Integrator;
 /// Columns and rows of the block of pixels whose camera rays are traced together.
 const BLOCK: usize = 8;
 /// Samples a pixel when neither samples, seconds nor error limit the work.
-const DEFAULT_SAMPLES: u32 = 64;
+pub(super) const DEFAULT_SAMPLES: u32 = 64;
 /// Most samples a pixel when only seconds or error limit the work.
-const MAX_SAMPLES: u32 = 1 << 24;
+pub(super) const MAX_SAMPLES: u32 = 1 << 24;
 /// Samples in a pass once the first passes have shown the picture; also how often the error is looked at.
 const PASS_SAMPLES: u32 = 16;
 

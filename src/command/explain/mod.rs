@@ -1,18 +1,22 @@
 //! `halflight explain`: why a pixel is shaded as it is.
 
+mod plot;
+
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use halflight_render::Technique;
 use halflight_render::techniques::bandwidth::BandwidthTechnique;
+use halflight_render::techniques::covariance::Covariance;
+use halflight_scene::Frame;
 use halflight_scene::schema;
 use serde_json::json;
 
-use super::console::Console;
-use super::failure::Failure;
-use super::parse::{Size, finite};
-use super::progress::silent;
-use super::stage::{MachineArgs, SceneArgs, Stage};
+use crate::command::console::Console;
+use crate::command::failure::Failure;
+use crate::command::parse::{Size, finite};
+use crate::command::progress::silent;
+use crate::command::stage::{MachineArgs, SceneArgs, Stage};
 
 #[derive(Args, Debug)]
 pub(crate) struct ExplainArgs {
@@ -21,16 +25,32 @@ pub(crate) struct ExplainArgs {
     /// Column and row of the pixel, from 0 at the top left
     #[arg(long, value_name = "X,Y", value_parser = pixel)]
     pixel: [usize; 2],
+    /// The technique that is to explain itself
+    #[arg(short, long, value_enum, default_value_t)]
+    technique: Explains,
     /// Columns and rows of the picture [default: the scene's]
     #[arg(long, value_name = "WxH")]
     size: Option<Size>,
     /// Seconds of the scene
     #[arg(long, value_name = "T", default_value_t = 0.0, value_parser = finite, allow_negative_numbers = true)]
     time: f64,
+    /// Draw the ellipse of the spectrum after each event into this PNG; for -t covariance
+    #[arg(long, value_name = "FILE.png")]
+    plot: Option<PathBuf>,
     #[command(flatten)]
     changes: SceneArgs,
     #[command(flatten)]
     machine: MachineArgs,
+}
+
+/// The techniques that can say why.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+enum Explains {
+    /// Bandwidth of light, lobe and curvature
+    #[default]
+    Bandwidth,
+    /// Covariance from the light to the film
+    Covariance,
 }
 
 fn pixel(text: &str) -> Result<[usize; 2], String> {
@@ -45,13 +65,14 @@ pub(crate) fn run(args: &ExplainArgs, console: Console) -> Result<(), Failure> {
     args.machine.apply()?;
     let changes = SceneArgs { size: args.size, ..args.changes.clone() };
     let stage = Stage::load(&args.scene, &changes, &args.machine)?;
-    let settings = schema::read(&stage.technique_settings("bandwidth")?).map_err(Failure::failed)?;
-    let mut technique = BandwidthTechnique::new(settings);
-    technique.prepare(stage.scene(), &silent())?;
     let size = args.size.unwrap_or_else(|| stage.size());
     let frame = stage.frame(args.time)?;
     let [x, y] = args.pixel;
-    let text = technique.explain(&frame, [size.width, size.height], args.pixel).ok_or_else(|| {
+    let text = match args.technique {
+        Explains::Bandwidth => bandwidth(&stage, &frame, [size.width, size.height], args.pixel)?,
+        Explains::Covariance => covariance(&stage, &frame, [size.width, size.height], args)?,
+    };
+    let text = text.ok_or_else(|| {
         let (w, h) = (size.width, size.height);
         Failure::usage(format!(
             "there is no pixel {x},{y}: the picture has {w} x {h}, counted from 0,0 at the top left"
@@ -60,6 +81,32 @@ pub(crate) fn run(args: &ExplainArgs, console: Console) -> Result<(), Failure> {
     console.answer(text.trim_end());
     console.event("explain", json!({ "pixel": args.pixel, "text": text }));
     Ok(())
+}
+
+fn bandwidth(
+    stage: &Stage,
+    frame: &Frame,
+    size: [usize; 2],
+    pixel: [usize; 2],
+) -> Result<Option<String>, Failure> {
+    let settings = schema::read(&stage.technique_settings("bandwidth")?).map_err(Failure::failed)?;
+    let mut technique = BandwidthTechnique::new(settings);
+    technique.prepare(stage.scene(), &silent())?;
+    Ok(technique.explain(frame, size, pixel))
+}
+
+fn covariance(
+    stage: &Stage,
+    frame: &Frame,
+    size: [usize; 2],
+    args: &ExplainArgs,
+) -> Result<Option<String>, Failure> {
+    let settings = schema::read(&stage.technique_settings("covariance")?).map_err(Failure::failed)?;
+    let explained = Covariance::new(settings).explain(frame, size, args.pixel);
+    if let (Some(explained), Some(path)) = (&explained, &args.plot) {
+        plot::save(&explained.steps, path)?;
+    }
+    Ok(explained.map(|explained| explained.text))
 }
 
 #[cfg(test)]

@@ -1,0 +1,95 @@
+//! Why a pixel is sampled and filtered as it is: the chain of its strongest path, in words.
+
+use std::fmt::Write;
+
+use halflight_frequency::covariance::Steps;
+use halflight_scene::Frame;
+
+use super::Covariance;
+use super::film_axes::FilmAxes;
+use super::look::Look;
+use super::pilot::{Found, Pilots, forecast};
+use super::reconstruct::Shape;
+use super::trail::edge;
+use crate::camera_sample::CameraSampler;
+use crate::techniques::path::integrator::Integrator;
+
+/// Paths that an explanation looks at.
+const PATHS: u32 = 16;
+
+/// A pixel explained.
+#[derive(Clone, Debug)]
+pub struct Explanation {
+    /// In words.
+    pub text: String,
+    /// The events of the path that brings most, with the matrix after each.
+    pub steps: Steps<5>,
+}
+
+impl Covariance {
+    /// The chain of the pixel in column `x` and row `y` of a picture of `width` × `height`, and what follows from all its
+    /// paths; `None` if there is no such pixel.
+    pub fn explain(
+        &self,
+        frame: &Frame,
+        [width, height]: [usize; 2],
+        [x, y]: [usize; 2],
+    ) -> Option<Explanation> {
+        if x >= width || y >= height {
+            return None;
+        }
+        let axes = FilmAxes::new(frame, width, height);
+        let look = Look::new(frame, &axes, width, height);
+        let integrator = Integrator::new(frame, self.settings.of_paths());
+        let pilots = Pilots { integrator, axes: &axes, carry: true };
+        let camera = CameraSampler::new(frame, width, height, 0);
+        let mut found = Found::default();
+        let mut strongest = (0.0, Steps::default());
+        for sample in 0..PATHS {
+            let (ray, mut sampler) = camera.ray(x, y, sample);
+            pilots.trace(ray, &mut sampler, &mut found, Some(&mut strongest));
+        }
+        let mut text = format!("pixel {x},{y} of {width} x {height}, {PATHS} paths\n");
+        let seen = &look.seen[y * width + x];
+        if seen.what > 0 {
+            let name = frame.shape_name(seen.what - 1);
+            let _ = writeln!(text, "the middle of the lens sees {name} at depth {:.3} m", seen.depth);
+        }
+        let steps = strongest.1;
+        if steps.events.is_empty() {
+            text += "no light reaches it\n";
+            return Some(Explanation { text, steps });
+        }
+        text += "\nthe path that brings most, from light to film (cycles per metre, radian, shutter; at the film pixel, lens metre, shutter):\n";
+        let _ = write!(text, "{steps}");
+        let limit = &look.edges[y * width + x];
+        let shading = found.covariance.covariance();
+        let covariance = shading.plus(&edge(limit, axes.direction(x, y), &axes));
+        let forecast = forecast(&covariance, &axes);
+        let shape = Shape::new(forecast.precision, self.settings.widest_filter);
+        let mut mean = Steps::default();
+        text.push('\n');
+        mean.note("all paths together, weighted by what they bring, at the film", &shading);
+        mean.note(
+            format!("and the edge {:.1} pixels away, at depth {:.3} m", limit.offset.length(), limit.depth),
+            &covariance,
+        );
+        let _ = write!(text, "{mean}");
+        let _ = writeln!(
+            text,
+            "\nspatial density                     {:>10.4} samples a pixel (√det of the spatial block)",
+            forecast.density
+        );
+        let _ = writeln!(
+            text,
+            "samples of pixel, lens, shutter vary {:>9.1} % of the light's square",
+            100.0 * forecast.varies
+        );
+        let _ = writeln!(
+            text,
+            "widest filter                       {:>10.2} x {:.2} pixels standard deviation (at most {})",
+            shape.deviations[0], shape.deviations[1], self.settings.widest_filter
+        );
+        Some(Explanation { text, steps })
+    }
+}

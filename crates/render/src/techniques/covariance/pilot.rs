@@ -1,0 +1,245 @@
+//! Pilot paths: those of `path`, with the same estimator, that also say how fast their light varies at the film.
+
+use glam::{Vec2, Vec3};
+use halflight_frequency::covariance::{
+    Covariance5, Mean, Steps, kernel_precision, remaining, variance_within,
+};
+use halflight_scene::lights::{Arrival, luminance};
+use halflight_trace::{Hit, Ray};
+
+use super::super::path::integrator::{Departure, Integrator, scattered, shadow_ray};
+use super::film_axes::FilmAxes;
+use super::look::velocity;
+use super::trail::{MOST, Node, Source, carried, swept};
+use crate::sampler::Sampler;
+use crate::vertex::Vertex;
+
+/// What the pilots of a place found about it.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Found {
+    /// Mean covariance at the film, edges left out.
+    pub(super) covariance: Mean<5>,
+}
+
+/// What follows for samples and filter.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Forecast {
+    /// S = [xx, xy, yy] of the widest filter, in 1/pixels².
+    pub(super) precision: [f32; 3],
+    /// The share of the light's square that samples of this pixel, lens and shutter differ by.
+    pub(super) varies: f32,
+    /// √det of the spatial block, cycles per pixel squared.
+    pub(super) density: f32,
+}
+
+/// What a covariance at the film asks for.
+pub(super) fn forecast(covariance: &Covariance5, axes: &FilmAxes) -> Forecast {
+    let windows = axes.windows();
+    let picture = remaining(covariance, &windows);
+    let block = halflight_frequency::covariance::spatial_block(covariance);
+    Forecast {
+        precision: kernel_precision(&picture).map(|v| v as f32),
+        varies: variance_within(covariance, &windows) as f32,
+        density: halflight_frequency::covariance::sampling_density(block) as f32,
+    }
+}
+
+/// What pilots need to know.
+pub(super) struct Pilots<'a> {
+    pub(super) integrator: Integrator<'a>,
+    pub(super) axes: &'a FilmAxes,
+    /// Off to measure what carrying covariance costs.
+    pub(super) carry: bool,
+}
+
+impl<'a> Pilots<'a> {
+    /// The radiance along a ray, as the technique `path` finds it, and what its light says at the film. `steps` takes down the
+    /// events of the strongest contribution.
+    pub(super) fn trace(
+        &self,
+        ray: Ray,
+        sampler: &mut Sampler,
+        found: &mut Found,
+        mut steps: Option<&mut (f32, Steps<5>)>,
+    ) -> Vec3 {
+        let Integrator { frame, settings, cutouts, in_media } = &self.integrator;
+        let lights = &frame.lights;
+        let first = ray.direction;
+        let mut ray = ray;
+        let mut hit = frame.world.closest(&ray);
+        let mut radiance = Vec3::ZERO;
+        let mut throughput = Vec3::ONE;
+        let mut departure: Option<Departure> = None;
+        let mut nodes: Vec<Node<'a>> = Vec::with_capacity(8);
+        let mut end = None;
+        let mut strongest = |nodes: &[Node<'a>], source: &Source, weight: f32| {
+            if let Some((most, steps)) = &mut steps
+                && weight > *most
+            {
+                *most = weight;
+                *steps = Steps::default();
+                carried(nodes, source, first, self.axes, Some(steps));
+            }
+        };
+        let weight_of = |brought: Vec3| {
+            let weight = luminance(brought);
+            if weight > 0.0 && weight.is_finite() { weight } else { 0.0 }
+        };
+        for depth in 0.. {
+            let sent = ray;
+            hit = cutouts.stopping(frame, &mut ray, hit);
+            let collision = if *in_media {
+                self.integrator.collision(&sent, &ray, hit.as_ref(), sampler.next_four(), &mut throughput)
+            } else {
+                None
+            };
+            if hit.is_none() && collision.is_none() {
+                if let Some(environment) = lights.environment() {
+                    let point = environment.locate(ray.direction);
+                    let shown = (point, environment.radiance_at(point));
+                    let brought = self.integrator.escaped(throughput, departure.as_ref(), shown, depth);
+                    radiance += brought;
+                    let solid_angle = 1.0 / lights.environment_pdf(point).max(1e-9);
+                    let source = Source { direction: ray.direction, solid_angle, distance: f32::INFINITY };
+                    let weight = weight_of(brought);
+                    if weight > 0.0 && nodes.len() == depth as usize {
+                        end = Some((source, weight));
+                        strongest(&nodes, &source, weight);
+                    }
+                }
+                break;
+            }
+            let vertex = match (collision, &hit) {
+                (Some(at), _) => Vertex::in_medium(frame, &sent, at.t, at.anisotropy),
+                (None, Some(hit)) => Vertex::stopped(frame, &ray, hit),
+                (None, None) => break,
+            };
+            let emitted =
+                self.integrator.emitted_by(&vertex, throughput, departure.as_ref(), ray.time, depth);
+            radiance += emitted;
+            let distance = vertex.surface.position.distance(sent.origin);
+            // Light that is seen as it is fills what it fills: a window as large as its way is long.
+            let source = Source { direction: ray.direction, solid_angle: 0.1, distance };
+            let shining = weight_of(emitted);
+            let shines = (shining > 0.0).then_some((source, shining));
+            if shining > 0.0 {
+                strongest(&nodes, &source, shining);
+            }
+            if depth >= settings.max_depth {
+                if nodes.len() == depth as usize {
+                    end = shines;
+                }
+                break;
+            }
+            if nodes.len() < MOST {
+                nodes.push(Node {
+                    vertex,
+                    distance,
+                    velocity: velocity(frame, vertex.surface.instance, vertex.surface.position, ray.time),
+                    anisotropy: collision.map(|at| at.anisotropy),
+                    bend: if self.carry { self.bend(&sent, &vertex) } else { None },
+                    ratio: None,
+                    onward: Vec3::ZERO,
+                    delta: vertex.bsdf.is_delta_only(),
+                    found: None,
+                    shines,
+                });
+            }
+            let u = sampler.next_four();
+            let passage = if *in_media { sampler.next_four() } else { [0.0; 4] };
+            let v = sampler.next_four();
+            if !vertex.bsdf.is_delta_only()
+                && let Some((direct, source)) = self.direct(&vertex, [u[0], u[1], u[2]], passage, ray.time)
+            {
+                let brought = self.integrator.bounded(throughput * direct, depth + 1);
+                radiance += brought;
+                let weight = weight_of(brought);
+                if weight > 0.0
+                    && let Some(node) = nodes.get_mut(depth as usize)
+                {
+                    node.found = Some((source, weight));
+                    strongest(&nodes, &source, weight);
+                }
+            }
+            let next =
+                self.integrator.next(&vertex, u[3], Vec2::new(v[0], v[1]), v[2], depth, &mut throughput);
+            let Some((direction, from)) = next else { break };
+            if let Some(node) = nodes.get_mut(depth as usize) {
+                node.onward = direction;
+                node.delta = from.is_none() && node.anisotropy.is_none();
+                let normal = vertex.shading_normal();
+                let (a, b) = (vertex.towards_eye, direction);
+                if normal.dot(a) * normal.dot(b) < 0.0 && node.anisotropy.is_none() {
+                    // By Snell's law from the directions themselves: n₁ sin θ₁ = n₂ sin θ₂.
+                    let (s, t) = (normal.cross(a).length(), normal.cross(b).length());
+                    node.ratio = Some(if t > 1e-4 { s / t } else { 1.0 });
+                }
+            }
+            departure = from;
+            ray = vertex.surface.spawn(direction, ray.time);
+            hit = frame.world.closest(&ray);
+        }
+        if self.carry
+            && let Some((covariance, weight)) = swept(&nodes, end, first, self.axes)
+        {
+            found.covariance.add(&covariance, f64::from(weight));
+        }
+        radiance
+    }
+
+    /// Light that comes straight to a vertex, and where from.
+    fn direct(&self, vertex: &Vertex, u: [f32; 3], passage: [f32; 4], time: f32) -> Option<(Vec3, Source)> {
+        let Integrator { frame, cutouts, in_media, .. } = &self.integrator;
+        let lights = &frame.lights;
+        let position = vertex.surface.position;
+        let light = lights.sample(position, u[2], Vec2::new(u[0], u[1]), time)?;
+        let (scattered, scale) = scattered(vertex, &light)?;
+        let ray = shadow_ray(vertex, &light, time);
+        let blocked = frame.world.occluded(&ray);
+        if blocked && (!cutouts.any || cutouts.blocked(frame, &ray)) {
+            return None;
+        }
+        let (radiance, distance) = match light.arrival {
+            Arrival::Environment(point) => {
+                (lights.environment().map_or(Vec3::ZERO, |e| e.radiance_at(point)), f32::INFINITY)
+            }
+            Arrival::From { point, radiance } => {
+                (radiance, point.map_or(f32::INFINITY, |point| point.distance(position)))
+            }
+        };
+        let mut direct = scattered * radiance * scale;
+        if *in_media {
+            direct *= self.integrator.transmittance(&ray, passage);
+        }
+        let solid_angle = if light.delta { 0.0 } else { 1.0 / light.pdf.max(1e-9) };
+        Some((direct, Source { direction: light.direction, solid_angle, distance }))
+    }
+
+    /// How the normal turns from a vertex to two neighbours of it, by rays beside the one that found it. Only where the
+    /// surface may be shiny.
+    fn bend(&self, sent: &Ray, vertex: &Vertex) -> Option<[[Vec3; 2]; 2]> {
+        /// The angle between the rays.
+        const STEP: f32 = 2e-3;
+        let shiny = vertex.surface.instance != u32::MAX
+            && !matches!(vertex.material.kind, halflight_material::MaterialKind::Diffuse { .. })
+            && !matches!(vertex.material.kind, halflight_material::MaterialKind::Black);
+        if !shiny {
+            return None;
+        }
+        let frame = self.integrator.frame;
+        let facing = |n: Vec3| if n.dot(vertex.towards_eye) < 0.0 { -n } else { n };
+        let normal = facing(vertex.shading_normal());
+        let x = sent.direction.any_orthonormal_vector();
+        let y = sent.direction.cross(x);
+        let step = |axis: Vec3| {
+            let ray = Ray { direction: (sent.direction + STEP * axis).normalize(), ..*sent };
+            let hit: Hit = frame.world.closest(&ray)?;
+            if hit.instance != vertex.surface.instance {
+                return None;
+            }
+            let other = frame.world.surface(&ray, &hit);
+            Some([other.position - vertex.surface.position, facing(other.shading_normal) - normal])
+        };
+        Some([step(x)?, step(y)?])
+    }
+}

@@ -1,0 +1,74 @@
+//! The settings of `covariance`.
+
+use halflight_scene::schema::{positive, within};
+use halflight_scene::{choices, record};
+
+use super::super::path::PathSettings;
+
+choices! {
+    /// What the technique `covariance` does with what it knows.
+    pub enum Reconstruction, "covariance reconstruction" {
+        /// Filters as wide as the covariance allows and the samples bear out.
+        "filtered" => Filtered,
+        /// The mean of each pixel's own samples.
+        "none" => None,
+    }
+}
+
+choices! {
+    /// Where the technique `covariance` puts samples.
+    pub enum Sampling, "covariance sampling" {
+        /// Where the prediction and the measured variance ask for them.
+        "adaptive" => Adaptive,
+        /// The same number in every pixel.
+        "uniform" => Uniform,
+    }
+}
+
+record! {
+    /// Paths that know how fast light varies around them, for few samples where the picture is blurred: by the lens, by
+    /// motion, by gloss, by fog.
+    pub struct CovarianceSettings, "[technique.covariance]" {
+        /// How often light may scatter on its way to the eye, as in `path`.
+        #[example = "1"]
+        max_depth: u32 = 8 => within(0.0, 1e6),
+        /// Scatterings after which a path may end by Russian roulette.
+        #[example = "1000"]
+        roulette_depth: u32 = 3 => within(0.0, 1e6),
+        /// Paths that carry covariance, for each square of four by four pixels.
+        #[example = "4"]
+        pilots: u32 = 2 => within(1.0, 64.0),
+        /// Where the samples go.
+        #[example = "\"uniform\""]
+        sampling: Sampling = Sampling::Adaptive,
+        /// What makes a picture of them.
+        #[example = "\"none\""]
+        reconstruction: Reconstruction = Reconstruction::Filtered,
+        /// The widest filter, as its standard deviation.
+        #[unit = "pixels"]
+        #[example = "6"]
+        widest_filter: f32 = 4.0 => positive(),
+    }
+}
+
+impl Copy for CovarianceSettings {}
+
+impl Default for CovarianceSettings {
+    fn default() -> Self {
+        Self {
+            max_depth: 8,
+            roulette_depth: 3,
+            pilots: 2,
+            sampling: Sampling::Adaptive,
+            reconstruction: Reconstruction::Filtered,
+            widest_filter: 4.0,
+        }
+    }
+}
+
+impl CovarianceSettings {
+    /// What its paths have in common with those of `path`.
+    pub(super) fn of_paths(&self) -> PathSettings {
+        PathSettings { max_depth: self.max_depth, roulette_depth: self.roulette_depth, clamp: None }
+    }
+}

@@ -1,0 +1,353 @@
+//! The way of a path's light, walked from the light to the eye, with the covariance after each event.
+//!
+//! Paths are found from the eye, but covariance is carried from the light: its operators are those of light on its way, and
+//! no operator has to be inverted. So a path remembers its vertices, and each time it finds light the walk begins there. Axes
+//! across a ray are (x, y) with x × y along the eye's ray, until a reflection mirrors them; they are turned into the plane of
+//! incidence at each event by the vectors themselves.
+
+use glam::Vec3;
+use halflight_frequency::covariance::{
+    Covariance5, Interface, Mean, Steps, henyey_greenstein_peak, lobe_from_log_hessian,
+};
+use halflight_scene::lights::luminance;
+
+use super::film_axes::FilmAxes;
+use super::look::Edge;
+use crate::vertex::Vertex;
+
+/// Vertices that a path remembers; light from further away begins at the last of them.
+pub(super) const MOST: usize = 16;
+/// The step of the differences that a lobe is measured by, radians.
+const LOBE_STEP: f32 = 0.02;
+/// Lobes wider than this (variance, radians²) leave no trace of curvature.
+pub(super) const DULL: f64 = 0.15;
+
+/// A vertex on the way.
+#[derive(Clone, Copy)]
+pub(super) struct Node<'a> {
+    pub(super) vertex: Vertex<'a>,
+    /// To the vertex before, or to the lens.
+    pub(super) distance: f32,
+    pub(super) velocity: Vec3,
+    /// Of a point in a medium.
+    pub(super) anisotropy: Option<f32>,
+    /// The shape operator on world axes is unknown; these are normals' changes for two steps on the surface.
+    pub(super) bend: Option<[[Vec3; 2]; 2]>,
+    /// n of the light's side over n of the eye's side, where the path went through.
+    pub(super) ratio: Option<f32>,
+    /// The direction on, towards light; known once the path has left.
+    pub(super) onward: Vec3,
+    pub(super) delta: bool,
+    /// Light that a sample of the lights found from here, and what it brings to the eye.
+    pub(super) found: Option<(Source, f32)>,
+    /// Light of its own, as it leaves towards the vertex before.
+    pub(super) shines: Option<(Source, f32)>,
+}
+
+/// Light at the beginning of a walk.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Source {
+    /// Towards it, from the last vertex.
+    pub(super) direction: Vec3,
+    /// Steradians that it fills from there, as the density of its samples tells.
+    pub(super) solid_angle: f32,
+    /// How far it is; infinite for the environment.
+    pub(super) distance: f32,
+}
+
+/// The spectrum of light while it travels.
+struct Beam {
+    covariance: Covariance5,
+    axes: [Vec3; 2],
+}
+
+impl Beam {
+    fn turned(&mut self, towards: Vec3) {
+        let [x, y] = self.axes;
+        let (cos, sin) = (x.dot(towards), y.dot(towards));
+        let length = (cos * cos + sin * sin).sqrt();
+        if length < 1e-6 {
+            return;
+        }
+        let (cos, sin) = (cos / length, sin / length);
+        self.covariance = self.covariance.rotate_by(f64::from(cos), f64::from(sin));
+        self.axes = [cos * x + sin * y, cos * y - sin * x];
+    }
+}
+
+/// Remembers steps, or does not.
+type Note<'n> = Option<&'n mut Steps<5>>;
+
+fn note(steps: &mut Note, covariance: &Covariance5, name: impl FnOnce() -> String) {
+    if let Some(steps) = steps {
+        steps.note(name(), covariance);
+    }
+}
+
+/// Light on its way to a vertex, and how much of it.
+struct Sum {
+    beam: Option<Beam>,
+    weight: f32,
+}
+
+impl Sum {
+    const NOTHING: Self = Self { beam: None, weight: 0.0 };
+
+    /// Adds another beam along the same ray: their weighted mean.
+    fn add(&mut self, mut other: Beam, weight: f32) {
+        let Some(beam) = &mut self.beam else {
+            (self.beam, self.weight) = (Some(other), weight);
+            return;
+        };
+        other.turned(beam.axes[0]);
+        if other.axes[1].dot(beam.axes[1]) < 0.0 {
+            other.covariance = other.covariance.scaled(1, -1.0).scaled(3, -1.0);
+        }
+        let mut mean = Mean::default();
+        mean.add(&beam.covariance, f64::from(self.weight));
+        mean.add(&other.covariance, f64::from(weight));
+        beam.covariance = mean.covariance();
+        self.weight += weight;
+    }
+}
+
+/// All the light of a path at the film, weighted by what it brings: what each vertex finds is joined to what comes to it from
+/// beyond, and both go on together. `end` is what the last ray found.
+pub(super) fn swept(
+    nodes: &[Node],
+    end: Option<(Source, f32)>,
+    ray: Vec3,
+    axes: &FilmAxes,
+) -> Option<(Covariance5, f32)> {
+    let arrive = |source: &Source| source.beam(&mut None);
+    let mut beyond = Sum::NOTHING;
+    if let Some((source, weight)) = &end {
+        beyond.add(arrive(source), *weight);
+    }
+    for (number, node) in nodes.iter().enumerate().rev() {
+        let mut here = Sum::NOTHING;
+        if let Some(beam) = beyond.beam {
+            here.add(past(beam, node, node.onward, &mut None), beyond.weight);
+        }
+        if let Some((source, weight)) = &node.found {
+            here.add(past(arrive(source), node, source.direction, &mut None), *weight);
+        }
+        if number > 0
+            && let Some(beam) = &mut here.beam
+        {
+            beam.covariance = beam.covariance.travel(f64::from(node.distance));
+        }
+        if let Some((source, weight)) = &node.shines {
+            let mut beam = arrive(source);
+            if number == 0 {
+                // The last travel is the camera's.
+                beam.covariance = beam.covariance.travel(-f64::from(node.distance));
+            }
+            here.add(beam, *weight);
+        }
+        beyond = here;
+    }
+    let weight = beyond.weight;
+    Some((to_film(beyond.beam?, nodes, ray, axes, None), weight))
+}
+
+/// Past a vertex.
+fn past(mut beam: Beam, node: &Node, incoming: Vec3, steps: &mut Note) -> Beam {
+    match node.anisotropy {
+        Some(g) => scatter(&mut beam, node, incoming, g, steps),
+        None => surface(&mut beam, node, incoming, steps),
+    }
+    beam
+}
+
+impl Source {
+    /// Its light where it arrives.
+    fn beam(&self, steps: &mut Note) -> Beam {
+        let x = self.direction.any_orthonormal_vector();
+        let axes = [x, self.direction.cross(x)];
+        // A disc of this solid angle has Ω/4π of variance per axis.
+        let spread = f64::from(self.solid_angle.clamp(1e-7, 12.6)) / (4.0 * std::f64::consts::PI);
+        let distance = f64::from(self.distance);
+        let (s, nothing) = (spread.sqrt(), f64::INFINITY);
+        let mut covariance = if distance.is_finite() {
+            Covariance5::of_window([s * distance, s * distance, nothing, nothing, nothing])
+        } else {
+            Covariance5::of_window([nothing, nothing, s, s, nothing])
+        };
+        note(steps, &covariance, || {
+            format!("light: {:.4} sr, {:.3} m away", self.solid_angle, self.distance)
+        });
+        if distance.is_finite() {
+            covariance = covariance.travel(distance);
+            note(steps, &covariance, || format!("travel {distance:.3} m"));
+        }
+        Beam { covariance, axes }
+    }
+}
+
+/// From the source over the vertices, the last of which it lights, to the film: one contribution alone, for explanations. `ray` is the direction of the eye's first ray.
+pub(super) fn carried(
+    nodes: &[Node],
+    source: &Source,
+    ray: Vec3,
+    axes: &FilmAxes,
+    mut steps: Note,
+) -> Covariance5 {
+    let mut beam = source.beam(&mut steps);
+    let mut incoming = source.direction;
+    for (number, node) in nodes.iter().enumerate().rev() {
+        beam = past(beam, node, incoming, &mut steps);
+        incoming = -node.vertex.towards_eye;
+        if number > 0 {
+            let distance = f64::from(node.distance);
+            beam.covariance = beam.covariance.travel(distance);
+            note(&mut steps, &beam.covariance, || format!("travel {distance:.3} m"));
+        }
+    }
+    to_film(beam, nodes, ray, axes, steps)
+}
+
+/// The last way, and through the lens.
+fn to_film(mut beam: Beam, nodes: &[Node], ray: Vec3, axes: &FilmAxes, mut steps: Note) -> Covariance5 {
+    let [right, down] = axes.across(ray);
+    beam.turned(right);
+    if beam.axes[1].dot(down) < 0.0 {
+        // An odd number of reflections: the picture's y is the other way round.
+        beam.covariance = beam.covariance.scaled(1, -1.0).scaled(3, -1.0);
+    }
+    if let Some(node) = nodes.first() {
+        beam.covariance = beam.covariance.travel(f64::from(node.distance));
+        note(&mut steps, &beam.covariance, || format!("travel {:.3} m, to the lens", node.distance));
+    }
+    let film = axes.film(ray, &beam.covariance);
+    note(&mut steps, &film, || "film: x, y in pixels, lens in metres, shutter".into());
+    film
+}
+
+/// What the edge that limits a pixel adds at the film: a window at its depth, half as wide as it is far away, that moves with
+/// it. Operators from there on are linear, so that it is a term of its own: for the least of rays, that of the pixel's middle.
+pub(super) fn edge(edge: &Edge, ray: Vec3, axes: &FilmAxes) -> Covariance5 {
+    let radius = edge.offset.length() * axes.pixel * edge.depth;
+    let velocity = axes.across(ray).map(|axis| f64::from(edge.velocity.dot(axis)));
+    let angle = f64::from(edge.offset.y.atan2(edge.offset.x));
+    let cos = ray.dot(axes.ahead).max(0.1);
+    let light = Covariance5::ZERO
+        .occlude_towards(angle, f64::from(0.5 * radius))
+        .out_of_motion(velocity, [0.0; 2])
+        .travel(f64::from(edge.depth / cos));
+    axes.film(ray, &light)
+}
+
+/// Reflection or refraction at a surface.
+fn surface(beam: &mut Beam, node: &Node, incoming: Vec3, steps: &mut Note) {
+    let vertex = &node.vertex;
+    let outgoing = vertex.towards_eye;
+    let normal = vertex.shading_normal();
+    let normal = if normal.dot(outgoing) < 0.0 { -normal } else { normal };
+    let passes = node.ratio.filter(|_| incoming.dot(normal) < 0.0);
+    let (cos_in, cos_out) = (incoming.dot(normal).abs().max(0.02), outgoing.dot(normal).abs().max(0.02));
+    let in_plane =
+        |direction: Vec3, fallback: Vec3| (direction - normal * normal.dot(direction)).normalize_or(fallback);
+    let tangent = in_plane(incoming, in_plane(beam.axes[0], normal.any_orthonormal_vector()));
+    // Towards the light x looks along the tangent that the light comes from.
+    let across = (tangent - incoming * incoming.dot(tangent)).normalize_or(tangent);
+    beam.turned(across);
+    let on = |v: Vec3, axes: [Vec3; 2]| axes.map(|axis| f64::from(v.dot(axis)));
+    let velocity = on(node.velocity, beam.axes);
+    let mut c = beam.covariance.into_motion(velocity, [0.0; 2]).arrive(f64::from(cos_in));
+    let b = beam.axes[1];
+    let lobe = if node.delta { [0.0; 3] } else { lobe(vertex, incoming, [tangent, b]) };
+    let sharp = lobe[0].min(lobe[2]) < DULL;
+    let k = if sharp { curvature(node, [tangent, b]) } else { [0.0; 3] };
+    let sign = if passes.is_some() { -1.0 } else { 1.0 };
+    c = c.curve(k.map(|k| sign * k), f64::from(cos_in));
+    if let Some(ratio) = passes {
+        let interface = Interface { indices: [f64::from(ratio), 1.0], cos_in: f64::from(cos_in) };
+        c = c.refract(&interface).unwrap_or(c);
+    }
+    if !node.delta {
+        c = c.reflect(lobe);
+    }
+    c = c.curve(k, f64::from(cos_out));
+    // To the plane of the outgoing ray.
+    let out = in_plane(outgoing, tangent);
+    // Its tangent looks the way the light's does, as a mirror would send it.
+    let out = if out.dot(tangent) < 0.0 { -out } else { out };
+    let on_surface = Beam { covariance: c, axes: [tangent, b] };
+    let mut turned = on_surface;
+    turned.turned(out);
+    let x = (turned.axes[0] - outgoing * outgoing.dot(turned.axes[0])).normalize_or(turned.axes[0]);
+    beam.axes = [x, turned.axes[1]];
+    let velocity = on(node.velocity, beam.axes);
+    beam.covariance = turned.covariance.leave(f64::from(cos_out)).out_of_motion(velocity, [0.0; 2]);
+    note(steps, &beam.covariance, || {
+        let what = match (passes, node.delta) {
+            (Some(_), _) => "refraction",
+            (None, true) => "mirror",
+            (None, false) => "reflection",
+        };
+        format!(
+            "{what} by {}, cos {cos_in:.3} in, {cos_out:.3} out, lobe {:.4} x {:.4} rad, curvature {:.3} {:.3} {:.3} 1/m",
+            vertex.material.name,
+            lobe[0].sqrt(),
+            lobe[2].sqrt(),
+            k[0],
+            k[1],
+            k[2]
+        )
+    });
+}
+
+/// Scattering at a point of a medium.
+fn scatter(beam: &mut Beam, node: &Node, incoming: Vec3, g: f32, steps: &mut Note) {
+    let ahead = -node.vertex.towards_eye;
+    let cos = incoming.dot(ahead);
+    let in_plane = (ahead - incoming * cos).normalize_or(beam.axes[0]);
+    beam.turned(-in_plane);
+    let variance = henyey_greenstein_peak(f64::from(g));
+    beam.covariance = beam.covariance.scatter(f64::from(cos), variance);
+    let x = (incoming - ahead * cos).normalize_or(beam.axes[0]);
+    beam.axes = [x, beam.axes[1]];
+    note(steps, &beam.covariance, || {
+        format!("scattering, cos {cos:.3}, phase function {:.4} rad", variance.sqrt())
+    });
+}
+
+/// The lobe about the direction that light came from, by differences of its logarithm along and across the plane.
+fn lobe(vertex: &Vertex, incoming: Vec3, [tangent, across]: [Vec3; 2]) -> [f64; 3] {
+    let value = |direction: Vec3| {
+        let direction = direction.normalize();
+        luminance(vertex.bsdf.eval(vertex.wo, vertex.to_local(direction)))
+    };
+    let middle = value(incoming);
+    let second = |axis: Vec3| {
+        let axis = (axis - incoming * incoming.dot(axis)).normalize_or(axis);
+        let (a, b) = (value(incoming + LOBE_STEP * axis), value(incoming - LOBE_STEP * axis));
+        if a <= 0.0 || b <= 0.0 || middle <= 0.0 {
+            return 0.0;
+        }
+        f64::from((a.ln() + b.ln() - 2.0 * middle.ln()) / (LOBE_STEP * LOBE_STEP))
+    };
+    lobe_from_log_hessian([second(tangent), 0.0, second(across)])
+}
+
+/// [K_xx, K_xy, K_yy] on tangent axes from how the normal turned over two steps.
+fn curvature(node: &Node, [x, y]: [Vec3; 2]) -> [f64; 3] {
+    let Some([[p, n], [q, m]]) = node.bend else { return [0.0; 3] };
+    let on = |v: Vec3| [f64::from(v.dot(x)), f64::from(v.dot(y))];
+    let ([p, n], [q, m]) = ([on(p), on(n)], [on(q), on(m)]);
+    let determinant = p[0] * q[1] - p[1] * q[0];
+    let size = (p[0] * p[0] + p[1] * p[1]) * (q[0] * q[0] + q[1] * q[1]);
+    if determinant * determinant <= 1e-6 * size || size <= 0.0 {
+        return [0.0; 3];
+    }
+    // S [p q] = [n m].
+    let s = |row: usize| {
+        [(n[row] * q[1] - m[row] * p[1]) / determinant, (m[row] * p[0] - n[row] * q[0]) / determinant]
+    };
+    let (first, second) = (s(0), s(1));
+    let k = [first[0], 0.5 * (first[1] + second[0]), second[1]];
+    // Sharper than the steps: an edge, which others look after.
+    let most = 2.0 / size.sqrt().sqrt();
+    if k.iter().all(|k| k.is_finite()) { k.map(|k| k.clamp(-most, most)) } else { [0.0; 3] }
+}
