@@ -49,11 +49,13 @@
 //! | [`image`] | pictures in memory and on disk, error metrics, the comparison page |
 //! | [`material`] | how surfaces scatter light: analytic and measured |
 //! | [`shape`] | meshes, models, height fields, procedural shapes |
+//! | [`ddf`] | geometry as learned fields of directed distances |
 //! | [`trace`] | rays against everything |
 //! | [`scene`] | scene files, lights, cameras, animation |
 //! | [`render`] | the film, samplers, and the techniques |
 //! | [`sphere_visibility`] | how far the shadows of a sphere set are from those of its mesh |
 
+pub use halflight_ddf as ddf;
 pub use halflight_file as file;
 pub use halflight_image as image;
 pub use halflight_material as material;

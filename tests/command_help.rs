@@ -27,6 +27,7 @@ fn every_example_of_every_help_text_runs() {
     place.done("brdf synth diffuse -o paint.binary");
     place.done("sh project hall.hdr -o light.json");
     place.done("spheres fit bunny.ply -n 3");
+    place.done("ddf train bunny.ply --steps 2");
     let commands = subcommands(&place);
     assert!(commands.len() >= 7, "{commands:?}");
     let mut lines: Vec<String> =

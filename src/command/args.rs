@@ -2,7 +2,7 @@
 
 use clap::{Args, Parser, Subcommand};
 
-use super::{bench, brdf, compare, completions, demo, examples, explain, info, render, sh, spheres};
+use super::{bench, brdf, compare, completions, ddf, demo, examples, explain, info, render, sh, spheres};
 
 /// A renderer for scenes that move, lit from everywhere, made of measured materials.
 #[derive(Debug, Parser)]
@@ -45,6 +45,9 @@ pub(crate) enum Command {
     /// Fit spheres to a mesh for soft shadows, check how well they stand for it, show them
     #[command(after_help = examples::after_help("spheres"))]
     Spheres(spheres::SpheresArgs),
+    /// Learn a mesh as a field of directed distances; measure, show and convert fields
+    #[command(after_help = examples::after_help("ddf"))]
+    Ddf(Box<ddf::DdfArgs>),
     /// Render the demo scenes that are built in
     #[command(after_help = examples::after_help("demo"))]
     Demo(demo::DemoArgs),

@@ -6,6 +6,7 @@ mod brdf;
 mod compare;
 mod completions;
 mod console;
+mod ddf;
 mod demo;
 mod examples;
 mod explain;
@@ -74,6 +75,7 @@ fn execute(cli: Cli, console: Console) -> Result<(), Failure> {
         Command::Brdf(args) => brdf::run(&args, console),
         Command::Sh(args) => sh::run(&args, console),
         Command::Spheres(args) => spheres::run(&args, console),
+        Command::Ddf(args) => ddf::run(&args, console),
         Command::Demo(args) => demo::run(&args, console),
         Command::Explain(args) => explain::run(&args, console),
         Command::Bench(args) => bench::run(&args, console),

@@ -1,0 +1,327 @@
+//! The narrow network of the fast field: hidden layers, a logit of visibility, a distance in cells.
+//!
+//! `Tile` runs and differentiates many parts at once for training; `answer` runs one for a query.
+
+use super::encode::{Corners, Part, Table, corners, encode, encode_gradient};
+use pulp::Simd;
+
+use super::matmul::{forward, row, weight_gradient};
+use super::shape::{FastShape, MOST_INPUTS, OUTPUTS};
+use crate::grid::Level;
+
+/// What the network says of a part.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Answer {
+    /// Positive where the part meets the surface more likely than not.
+    pub(crate) logit: f32,
+    /// From the start of the part, in cells; meaningless where nothing is met.
+    pub(crate) distance: f32,
+}
+
+/// (x + √(x² + b))/2, or max(x, 0).
+#[inline(always)]
+fn activate(x: f32, roundness: f32) -> f32 {
+    if roundness == 0.0 { x.max(0.0) } else { 0.5 * (x + (x * x + roundness).sqrt()) }
+}
+
+/// The slope of the activation where its value is y: y²/(y² + b/4).
+#[inline(always)]
+fn slope(y: f32, roundness: f32) -> f32 {
+    if roundness == 0.0 { f32::from(u8::from(y > 0.0)) } else { y * y / (y * y + 0.25 * roundness) }
+}
+
+/// Everything that is learned, at full precision.
+#[derive(Clone, Debug)]
+pub(crate) struct Parameters {
+    /// Features of each grid, vertex by vertex.
+    pub(crate) tables: Vec<Vec<f32>>,
+    /// Weights (rows × columns) and biases, layer by layer.
+    pub(crate) network: Vec<f32>,
+}
+
+impl Parameters {
+    pub(crate) fn zeros(shape: &FastShape, levels: &[Level]) -> Parameters {
+        Parameters {
+            tables: levels.iter().map(|level| vec![0.0; level.count() * shape.features]).collect(),
+            network: vec![0.0; shape.network_len()],
+        }
+    }
+}
+
+/// One sample of training: a part of a ray in a cell, and what is true of it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LocalSample {
+    pub(crate) part: Part,
+    /// Distance from the start in cells; negative for a miss.
+    pub(crate) hit: f32,
+    /// Weight of the error of distance.
+    pub(crate) weight: f32,
+}
+
+/// Samples that are run together: a layer's activations of so many stay in the first cache.
+pub(crate) const TILE: usize = 64;
+
+/// Working memory for training on a tile.
+#[derive(Clone, Debug)]
+pub(crate) struct Tile {
+    inputs: Vec<f32>,
+    hidden: Vec<Vec<f32>>,
+    outputs: Vec<f32>,
+    upper: Vec<f32>,
+    lower: Vec<f32>,
+    corners: Vec<Corners>,
+}
+
+/// Sums over samples.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Loss {
+    pub(crate) samples: f64,
+    pub(crate) visibility: f64,
+    pub(crate) wrong: f64,
+    pub(crate) hits: f64,
+    pub(crate) distance: f64,
+}
+
+impl std::ops::AddAssign for Loss {
+    fn add_assign(&mut self, other: Loss) {
+        self.samples += other.samples;
+        self.visibility += other.visibility;
+        self.wrong += other.wrong;
+        self.hits += other.hits;
+        self.distance += other.distance;
+    }
+}
+
+impl Tile {
+    pub(crate) fn new(shape: &FastShape) -> Tile {
+        let widest = shape.inputs().max(shape.hidden).max(OUTPUTS);
+        Tile {
+            inputs: vec![0.0; TILE * shape.inputs()],
+            hidden: vec![vec![0.0; TILE * shape.hidden]; shape.layers],
+            outputs: vec![0.0; TILE * OUTPUTS],
+            upper: vec![0.0; TILE * widest],
+            lower: vec![0.0; TILE * widest],
+            corners: vec![[[0; 8]; super::shape::MOST_LEVELS]; TILE],
+        }
+    }
+
+    #[inline(always)]
+    fn run<S: Simd, const FUSED: bool, const F: usize>(
+        &mut self,
+        simd: S,
+        shape: &FastShape,
+        levels: &[Level],
+        parameters: &Parameters,
+        samples: &[LocalSample],
+    ) {
+        let tables: Vec<&[f32]> = parameters.tables.iter().map(Vec::as_slice).collect();
+        let scales = [1.0; super::shape::MOST_LEVELS];
+        let width = shape.inputs();
+        for (index, sample) in samples.iter().enumerate() {
+            let corners = corners(levels, sample.part.cell);
+            self.corners[index] = corners;
+            let to = &mut self.inputs[index * width..][..width];
+            encode::<FUSED, F, [f32]>(shape, levels, &tables, &scales, &corners, &sample.part, to);
+        }
+        self.inputs[samples.len() * width..].fill(0.0);
+        let mut at = 0;
+        let (mut below, mut below_width): (&[f32], usize) = (&self.inputs, width);
+        for layer in &mut self.hidden {
+            let (w, bias) = layer_at(&parameters.network, &mut at, below_width, shape.hidden);
+            forward(simd, (below, below_width, below_width), w, Some(bias), shape.hidden, layer);
+            let b = shape.roundness;
+            layer.iter_mut().for_each(|v| *v = activate(*v, b));
+            (below, below_width) = (layer, shape.hidden);
+        }
+        let (w, bias) = layer_at(&parameters.network, &mut at, below_width, OUTPUTS);
+        forward(simd, (below, below_width, below_width), w, Some(bias), OUTPUTS, &mut self.outputs);
+    }
+
+    /// Adds the gradient of the loss of at most [`TILE`] samples.
+    ///
+    /// Visibility: binary cross-entropy. Distance, where there is a hit: |error| · weight, rounded below `BEND`.
+    #[inline(always)]
+    pub(crate) fn learn<S: Simd, const FUSED: bool, const F: usize>(
+        &mut self,
+        simd: S,
+        shape: &FastShape,
+        levels: &[Level],
+        parameters: &Parameters,
+        transposed: &[f32],
+        samples: &[LocalSample],
+        distance_weight: f32,
+        gradient: &mut Parameters,
+    ) -> Loss {
+        self.run::<S, FUSED, F>(simd, shape, levels, parameters, samples);
+        let mut loss = Loss::default();
+        self.upper[..TILE * OUTPUTS].fill(0.0);
+        for (index, sample) in samples.iter().enumerate() {
+            let (logit, distance) = (self.outputs[index * OUTPUTS], self.outputs[index * OUTPUTS + 1]);
+            let is_hit = sample.hit >= 0.0;
+            let chance = 1.0 / (1.0 + (-logit).exp());
+            let target = f32::from(u8::from(is_hit));
+            self.upper[index * OUTPUTS] = chance - target;
+            let of_truth = if is_hit { chance } else { 1.0 - chance };
+            loss.samples += 1.0;
+            loss.visibility -= f64::from(of_truth.max(1e-9).ln());
+            loss.wrong += f64::from(u8::from(is_hit != (logit > 0.0)));
+            if is_hit {
+                let error = distance - sample.hit;
+                let slope = (error / BEND).clamp(-1.0, 1.0);
+                self.upper[index * OUTPUTS + 1] = distance_weight * sample.weight * slope;
+                loss.hits += 1.0;
+                loss.distance += f64::from(error.abs() * sample.weight);
+            }
+        }
+        self.backward(simd, shape, transposed, &mut gradient.network);
+        let width = shape.inputs();
+        for (index, sample) in samples.iter().enumerate() {
+            let of_inputs = &self.upper[index * width..][..width];
+            let corners = &self.corners[index];
+            encode_gradient::<FUSED, F>(shape, levels, corners, &sample.part, of_inputs, &mut gradient.tables);
+        }
+        loss
+    }
+
+    /// From the gradient by the outputs in `upper` to that by the inputs, in `upper` again.
+    #[inline(always)]
+    fn backward<S: Simd>(&mut self, simd: S, shape: &FastShape, transposed: &[f32], network: &mut [f32]) {
+        let sizes = shape.layer_sizes();
+        let mut end = network.len();
+        let mut transposed_end = transposed.len();
+        for (number, &(rows, columns)) in sizes.iter().enumerate().rev() {
+            let start = end - (rows + 1) * columns;
+            let (w, bias) = network[start..end].split_at_mut(rows * columns);
+            let below: &[f32] = if number == 0 { &self.inputs } else { &self.hidden[number - 1] };
+            let upper = &self.upper[..TILE * columns];
+            weight_gradient(simd, (below, rows, rows), upper, columns, w);
+            for line in upper.chunks_exact(columns) {
+                bias.iter_mut().zip(line).for_each(|(to, from)| *to += from);
+            }
+            let wt = &transposed[transposed_end - rows * columns..transposed_end];
+            forward(simd, (upper, columns, columns), wt, None, rows, &mut self.lower[..TILE * rows]);
+            if number > 0 {
+                let b = shape.roundness;
+                self.lower.iter_mut().zip(below).for_each(|(g, &y)| *g *= slope(y, b));
+            }
+            std::mem::swap(&mut self.upper, &mut self.lower);
+            end = start;
+            transposed_end -= rows * columns;
+        }
+    }
+}
+
+/// Below this error, in cells, the loss of distance is quadratic: far finer than what a cell's features resolve.
+const BEND: f32 = 0.01;
+
+#[inline(always)]
+fn layer_at<'a>(network: &'a [f32], at: &mut usize, rows: usize, columns: usize) -> (&'a [f32], &'a [f32]) {
+    let start = *at;
+    *at += (rows + 1) * columns;
+    network[start..*at].split_at(rows * columns)
+}
+
+/// The weights of each layer, transposed, without biases.
+pub(crate) fn transpose(shape: &FastShape, network: &[f32], to: &mut Vec<f32>) {
+    to.clear();
+    let mut at = 0;
+    for (rows, columns) in shape.layer_sizes() {
+        let (w, _) = layer_at(network, &mut at, rows, columns);
+        for column in 0..columns {
+            to.extend((0..rows).map(|row| w[row * columns + column]));
+        }
+    }
+}
+
+/// Activations of one part on its way through the network.
+pub(crate) struct Trail {
+    pub(crate) inputs: [f32; MOST_INPUTS],
+    pub(crate) hidden: [[f32; 64]; 4],
+}
+
+/// One part through the network.
+#[inline(always)]
+pub(crate) fn answer<S: Simd, const FUSED: bool, const F: usize, T: Table + ?Sized>(
+    simd: S,
+    shape: &FastShape,
+    levels: &[Level],
+    tables: &[&T],
+    scales: &[f32],
+    network: &[f32],
+    part: &Part,
+) -> Answer {
+    let mut inputs = [0.0; MOST_INPUTS];
+    let width = shape.inputs();
+    let corners = corners(levels, part.cell);
+    encode::<FUSED, F, T>(shape, levels, tables, scales, &corners, part, &mut inputs[..width]);
+    layers(simd, shape, network, &inputs[..width], &mut |_, _| {})
+}
+
+#[inline(always)]
+fn layers<S: Simd>(
+    simd: S,
+    shape: &FastShape,
+    network: &[f32],
+    inputs: &[f32],
+    keep: &mut impl FnMut(usize, &[f32]),
+) -> Answer {
+    let mut at = 0;
+    let width = shape.hidden;
+    let (mut below, mut above) = ([0.0f32; 64], [0.0f32; 64]);
+    for number in 0..shape.layers {
+        let (rows, x) = if number == 0 {
+            (inputs.len(), &inputs[..shape.used_inputs()])
+        } else {
+            (width, &below[..width])
+        };
+        let (w, bias) = layer_at(network, &mut at, rows, width);
+        row(simd, x, w, bias, width, &mut above[..width]);
+        above[..width].iter_mut().for_each(|v| *v = activate(*v, shape.roundness));
+        keep(number, &above[..width]);
+        std::mem::swap(&mut below, &mut above);
+    }
+    let (w, bias) = layer_at(network, &mut at, width, OUTPUTS);
+    let mut out = [0.0; OUTPUTS];
+    row(simd, &below[..width], w, bias, OUTPUTS, &mut out);
+    Answer { logit: out[0], distance: out[1] }
+}
+
+/// The answer, and the derivative of the distance by the inputs.
+pub(crate) fn answer_with_gradient<const F: usize, T: Table + ?Sized>(
+    shape: &FastShape,
+    levels: &[Level],
+    tables: &[&T],
+    scales: &[f32],
+    network: &[f32],
+    part: &Part,
+    by_inputs: &mut [f32; MOST_INPUTS],
+) -> (Answer, Corners) {
+    let width = shape.inputs();
+    let corners = corners(levels, part.cell);
+    let mut trail = Trail { inputs: [0.0; MOST_INPUTS], hidden: [[0.0; 64]; 4] };
+    encode::<false, F, T>(shape, levels, tables, scales, &corners, part, &mut trail.inputs[..width]);
+    let inputs = &trail.inputs[..width];
+    let hidden = &mut trail.hidden;
+    let keep = &mut |number: usize, layer: &[f32]| hidden[number][..layer.len()].copy_from_slice(layer);
+    let answer = layers(pulp::Scalar::new(), shape, network, inputs, keep);
+    // Backwards, from the column of the distance.
+    let sizes = shape.layer_sizes();
+    let mut end = network.len();
+    let mut upper = [0.0f32; MOST_INPUTS];
+    upper[1] = 1.0;
+    for (number, &(rows, columns)) in sizes.iter().enumerate().rev() {
+        let start = end - (rows + 1) * columns;
+        let mut lower = [0.0f32; MOST_INPUTS];
+        for r in 0..rows {
+            let line = &network[start + r * columns..][..columns];
+            lower[r] = line.iter().zip(&upper).map(|(w, g)| w * g).sum();
+            if number > 0 {
+                lower[r] *= slope(trail.hidden[number - 1][r], shape.roundness);
+            }
+        }
+        upper = lower;
+        end = start;
+    }
+    *by_inputs = upper;
+    (answer, corners)
+}

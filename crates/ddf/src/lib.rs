@@ -1,0 +1,30 @@
+//! Geometry as a field of directed distances: φ(x, ω) is how far a ray goes before it meets the surface, ξ(x, ω) whether
+//! it does [002].
+//!
+//! [`AnalyticField`] knows fields of simple shapes exactly. [`FastTrainer`] learns the field of a mesh;
+//! [`DirectedField`] answers for it.
+
+mod analytic;
+mod error;
+mod fast;
+mod field;
+mod file;
+mod grid;
+mod measure;
+mod random;
+mod tracer;
+mod train;
+mod unit;
+
+pub use analytic::{AnalyticField, AnalyticHit};
+pub use error::DdfError;
+pub use fast::shape::FastShape;
+pub use field::{DirectedField, FieldHit, MeasuredError, Provenance};
+pub use file::FIELD_VERSION;
+pub use measure::{
+    Cloud, CloudDistance, Evaluation, F_SCORE_THRESHOLD, RayErrors, chamfer_e3, compare_clouds, evaluate,
+    field_points, mesh_points,
+};
+pub use tracer::{Answered, FallbackCounts, FieldTracer};
+pub use train::{FastTrainer, StepReport, TrainOptions};
+pub use unit::{UnitSpace, mesh_hash};

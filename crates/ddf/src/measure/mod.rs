@@ -1,0 +1,7 @@
+//! How good a field is.
+
+mod points;
+mod rays;
+
+pub use points::{Cloud, CloudDistance, F_SCORE_THRESHOLD, chamfer_e3, compare_clouds};
+pub use rays::{Evaluation, RayErrors, evaluate, field_points, mesh_points};

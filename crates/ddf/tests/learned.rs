@@ -1,0 +1,270 @@
+//! The learned field: what it answers, that it repeats, that its files are safe.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use glam::Vec3;
+use halflight_ddf::{
+    DdfError, DirectedField, FastShape, FastTrainer, FieldTracer, TrainOptions, evaluate,
+};
+use halflight_shape::TriangleMesh;
+use halflight_shape::procedural::mesh::torus;
+use halflight_trace::{MeshTracer, Ray, RayGeometry};
+
+fn options() -> TrainOptions {
+    TrainOptions {
+        shape: FastShape { resolution: 24, levels: vec![0], ..FastShape::default() },
+        lines_per_step: 1024,
+        ..TrainOptions::default()
+    }
+}
+
+fn ring() -> TriangleMesh {
+    let mut mesh = torus(3.0, 1.0, 48, 24);
+    mesh.positions.iter_mut().for_each(|p| *p += Vec3::new(10.0, 0.0, -5.0));
+    mesh
+}
+
+fn trained(steps: u64) -> (FastTrainer, DirectedField) {
+    let mut trainer = FastTrainer::new(&ring(), options()).expect("a ring can be learned");
+    for step in 0..steps {
+        trainer.step(step as f32 / steps as f32).expect("training goes on");
+    }
+    let field = trainer.field();
+    (trainer, field)
+}
+
+#[test]
+fn a_ring_is_learned_in_seconds_and_its_identities_hold() {
+    let (trainer, mut field) = trained(600);
+    let found = evaluate(&field, trainer.unit_mesh(), 5000, 3);
+    field.error = found.measured();
+    assert!(found.clouds.chamfer_e3 < 1.15 * found.floor_e3, "{found:?}");
+    assert!(found.primary.visibility > 0.985, "{found:?}");
+    assert!(found.primary.depth_median < 0.005, "{found:?}");
+    assert!(found.primary.normal_median_degrees < 12.0, "{found:?}");
+    // The directed eikonal, on rays from outside: exact but for rounding.
+    let mut checked = 0;
+    for i in 0..400 {
+        let angle = i as f32 * 0.7;
+        let x = Vec3::new(10.0 + 8.0 * angle.cos(), 3.0, -5.0 + 8.0 * angle.sin());
+        let target = Vec3::new(10.0 + 3.0 * (angle * 3.1).cos(), 0.4, -5.0 + 3.0 * (angle * 3.1).sin());
+        let omega = (target - x).normalize();
+        let Some(hit) = field.query(x, omega, f32::INFINITY) else { continue };
+        let on = field.query(x + 0.5 * omega, omega, f32::INFINITY).expect("the same hit, nearer");
+        assert!((hit.distance - on.distance - 0.5).abs() < 2e-3, "{hit:?} {on:?}");
+        let gradient = field.gradient(x, omega, &hit);
+        assert!((gradient.dot(omega) + 1.0).abs() < 1e-3, "{gradient}");
+        checked += 1;
+    }
+    assert!(checked > 200, "{checked}");
+}
+
+#[test]
+fn the_gradient_is_that_of_the_answers() {
+    let (_, field) = trained(300);
+    let (mut good, mut all) = (0, 0);
+    for i in 0..300 {
+        let angle = i as f32 * 0.37;
+        let x = Vec3::new(10.0 + 7.0 * angle.cos(), 2.0, -5.0 + 7.0 * angle.sin());
+        let target = Vec3::new(10.0 - 3.0 * (angle * 2.3).cos(), 0.2, -5.0 + 3.0 * (angle * 2.3).sin());
+        let omega = (target - x).normalize();
+        let Some(hit) = field.query(x, omega, f32::INFINITY) else { continue };
+        let gradient = field.gradient(x, omega, &hit);
+        let h = 2e-3;
+        for axis in [Vec3::X, Vec3::Y, Vec3::Z] {
+            let [a, b] = [h, -h].map(|s| field.query(x + s * axis, omega, f32::INFINITY));
+            let (Some(a), Some(b)) = (a, b) else { continue };
+            // Across a cell's border or a corner of ReLU there is no one slope.
+            if a.cell_number() != b.cell_number() {
+                continue;
+            }
+            let slope = (a.distance - b.distance) / (2.0 * h);
+            all += 1;
+            good += usize::from((slope - gradient.dot(axis)).abs() < 0.05 * (1.0 + gradient.length()));
+        }
+    }
+    assert!(all > 300 && good as f32 > 0.93 * all as f32, "{good} of {all}");
+}
+
+#[test]
+fn training_does_not_depend_on_the_number_of_threads() {
+    let files: Vec<Vec<u8>> = [1, 3]
+        .into_iter()
+        .map(|threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+            pool.install(|| trained(12).1.encode())
+        })
+        .collect();
+    assert!(files[0] == files[1]);
+}
+
+#[test]
+fn a_training_that_was_interrupted_ends_as_one_that_was_not() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("ring.checkpoint");
+    let mut whole = FastTrainer::new(&ring(), options()).expect("a trainer");
+    for step in 0..6 {
+        whole.step(step as f32 / 10.0).expect("a step");
+    }
+    whole.save_checkpoint(&path).expect("saved");
+    let mut other = FastTrainer::new(&ring(), options()).expect("a trainer");
+    other.resume(&path).expect("resumed");
+    assert_eq!(other.steps_done(), 6);
+    for trainer in [&mut whole, &mut other] {
+        trainer.step(0.6).expect("a step");
+    }
+    assert!(whole.field().encode() == other.field().encode());
+    // What does not fit is refused.
+    let mut bytes = std::fs::read(&path).expect("a checkpoint");
+    bytes.truncate(bytes.len() - 5);
+    std::fs::write(&path, &bytes).expect("written");
+    assert!(other.resume(&path).expect_err("cut off").to_string().contains("bytes of numbers"));
+    let mut seeded = FastTrainer::new(&ring(), TrainOptions { seed: 9, ..options() }).expect("a trainer");
+    assert!(seeded.resume(&path).expect_err("another seed").to_string().contains("other options"));
+}
+
+fn story(bytes: &[u8]) -> String {
+    DirectedField::decode(bytes, Path::new("x.ddf")).expect_err("this is no field").to_string()
+}
+
+#[test]
+fn files_come_back_as_they_were_and_broken_ones_are_refused() {
+    let (_, field) = trained(3);
+    let bytes = field.encode();
+    let again = DirectedField::decode(&bytes, Path::new("x.ddf")).expect("what was written can be read");
+    assert!(again.encode() == bytes);
+    let (x, omega) = (Vec3::new(10.0, 0.1, 20.0), Vec3::new(0.1, 0.0, -1.0));
+    assert_eq!(again.query(x, omega, 100.0), field.query(x, omega, 100.0));
+    // Cut off anywhere: an error, never a panic.
+    for length in [0, 4, 8, 100, 600, bytes.len() / 2, bytes.len() - 1] {
+        story(&bytes[..length]);
+    }
+    assert!(story(&bytes[..bytes.len() - 1]).contains("not a whole safetensors file"));
+    let replaced = |from: &str, to: &str| {
+        let at = bytes.windows(from.len()).position(|w| w == from.as_bytes()).expect("the text is there");
+        let mut bytes = bytes.clone();
+        bytes[at..at + from.len()].copy_from_slice(to.as_bytes());
+        bytes
+    };
+    assert!(story(&replaced("\\\"version\\\":1", "\\\"version\\\":7")).contains("version 7"));
+    assert!(story(&replaced("\\\"resolution\\\":24", "\\\"resolution\\\":28")).contains("where the header asks"));
+    assert!(story(&replaced("\\\"hidden\\\":32", "\\\"hidden\\\":33")).contains("`hidden` must be"));
+    assert!(story(&replaced("\"halflight-ddf\"", "\"halflight-daf\"")).contains("no field"));
+    // NaN among the weights: the network is the one tensor of floats.
+    let header = u64::from_le_bytes(bytes[..8].try_into().expect("eight bytes")) as usize + 8;
+    let at = (header..bytes.len() - 4).step_by(4).find(|&at| {
+        let value = f32::from_le_bytes(bytes[at..at + 4].try_into().expect("four bytes"));
+        let mut changed = bytes.clone();
+        changed[at..at + 4].copy_from_slice(&f32::NAN.to_le_bytes());
+        value != 0.0 && DirectedField::decode(&changed, Path::new("x.ddf")).is_err()
+    });
+    assert!(at.is_some(), "NaN is refused somewhere in the file");
+}
+
+#[test]
+fn meshes_without_a_surface_are_refused_with_a_story() {
+    let empty = FastTrainer::new(&TriangleMesh::default(), options());
+    assert!(empty.is_err());
+    let point = TriangleMesh {
+        positions: vec![Vec3::ONE; 3],
+        triangles: vec![[0, 1, 2]],
+        ..TriangleMesh::default()
+    };
+    assert!(matches!(FastTrainer::new(&point, options()), Err(DdfError::NoSurface { triangles: 1 })));
+    let needle = TriangleMesh {
+        positions: vec![Vec3::ZERO, Vec3::X, 2.0 * Vec3::X],
+        triangles: vec![[0, 1, 2]],
+        ..TriangleMesh::default()
+    };
+    assert!(matches!(FastTrainer::new(&needle, options()), Err(DdfError::NoSurface { .. })));
+    let mut broken = ring();
+    broken.positions[5].x = f32::NAN;
+    assert!(FastTrainer::new(&broken, options()).is_err());
+    let mut lost = ring();
+    lost.triangles.push([0, 1, 999_999]);
+    assert!(FastTrainer::new(&lost, options()).is_err());
+    let wide = TrainOptions { shape: FastShape { resolution: 1000, ..FastShape::default() }, ..options() };
+    let error = FastTrainer::new(&ring(), wide).expect_err("too many cells");
+    assert!(error.to_string().contains("resolution"), "{error}");
+}
+
+#[test]
+fn non_manifold_and_open_meshes_are_learned_as_they_are() {
+    // Three sheets along one edge, and a triangle that is there twice.
+    let mesh = TriangleMesh {
+        positions: vec![Vec3::ZERO, Vec3::Y, Vec3::X, Vec3::Z, Vec3::new(-1.0, 0.0, -1.0)],
+        triangles: vec![[0, 1, 2], [0, 1, 3], [0, 1, 4], [0, 1, 4]],
+        ..TriangleMesh::default()
+    };
+    let mut trainer = FastTrainer::new(&mesh, options()).expect("sheets can be learned");
+    for step in 0..300 {
+        trainer.step(step as f32 / 300.0).expect("training goes on");
+    }
+    let found = evaluate(&trainer.field(), trainer.unit_mesh(), 3000, 3);
+    assert!(found.clouds.chamfer_e3 < 1.5 * found.floor_e3, "{found:?}");
+}
+
+#[test]
+fn odd_rays_get_sound_answers() {
+    let (_, field) = trained(100);
+    let tracer = FieldTracer::new(Arc::new(field));
+    let (x, omega) = (Vec3::new(10.0, 0.0, 20.0), Vec3::NEG_Z);
+    let straight = tracer.closest(&Ray::new(x, omega)).expect("the ring is ahead");
+    for (x, omega) in [
+        (x, Vec3::ZERO),
+        (x, Vec3::NAN),
+        (Vec3::NAN, omega),
+        (Vec3::INFINITY, omega),
+        (x, Vec3::new(f32::INFINITY, 0.0, 0.0)),
+        (x, -omega),
+        (Vec3::new(1e30, 0.0, 0.0), omega),
+    ] {
+        assert_eq!(tracer.closest(&Ray::new(x, omega)), None, "{x} {omega}");
+        assert!(!tracer.occluded(&Ray::new(x, omega)));
+    }
+    // Directions of any length: t counts in that length.
+    let long = tracer.closest(&Ray::new(x, 4.0 * omega)).expect("the same ray");
+    assert!((long.t * 4.0 - straight.t).abs() < 1e-3);
+    // A ray that ends before the surface meets nothing, and one that ends behind it does.
+    assert!(!tracer.occluded(&Ray { t_max: straight.t - 2.0, ..Ray::new(x, omega) }));
+    assert!(tracer.occluded(&Ray { t_max: straight.t + 1.0, ..Ray::new(x, omega) }));
+    assert!(tracer.closest(&Ray { t_max: -1.0, ..Ray::new(x, omega) }).is_none());
+    // From within the tube the wall is ahead in every direction; from within the bounds, on the surface: finite answers.
+    for start in [Vec3::new(13.0, 0.0, -5.0), Vec3::new(14.0, 0.0, -5.0), Vec3::new(10.0, 0.0, -5.0)] {
+        for direction in [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::Z] {
+            let ray = Ray::new(start, direction);
+            if let Some(hit) = tracer.closest(&ray) {
+                assert!(hit.t > 0.0 && hit.t.is_finite());
+                let surface = tracer.surface(&ray, &hit);
+                assert!(surface.geometric_normal.is_finite() && surface.position.is_finite());
+                assert!(surface.geometric_normal.dot(direction) < 0.0);
+            }
+        }
+    }
+}
+
+#[test]
+fn with_its_mesh_a_field_answers_as_the_mesh_does() {
+    let (trainer, mut field) = trained(300);
+    field.error = evaluate(&field, trainer.unit_mesh(), 3000, 3).measured();
+    let mesh = Arc::new(MeshTracer::build(Arc::new(ring())));
+    let tracer = FieldTracer::with_fallback(Arc::new(field), Arc::clone(&mesh));
+    let (mut same, mut rays) = (0, 0);
+    for i in 0..4000 {
+        let (a, b) = (i as f32 * 0.11, i as f32 * 0.017);
+        let x = Vec3::new(10.0 + 9.0 * a.cos(), 5.0 * b.sin(), -5.0 + 9.0 * a.sin());
+        let target = Vec3::new(10.0 + 4.2 * b.cos(), (a * 1.7).sin(), -5.0 + 4.2 * (b * 2.0).sin());
+        let ray = Ray::new(x, (target - x).normalize());
+        let (truth, found) = (mesh.closest(&ray), tracer.closest(&ray));
+        rays += 1;
+        same += usize::from(match (truth, found) {
+            (Some(a), Some(b)) => (a.t - b.t).abs() < 1e-3,
+            (None, None) => true,
+            _ => false,
+        });
+    }
+    assert!(same as f32 > 0.998 * rays as f32, "{same} of {rays}");
+    let counts = tracer.fallback_counts();
+    assert!(counts.asked == 4000 && counts.fell_back > 0, "{counts:?}");
+}

@@ -1,0 +1,56 @@
+//! `halflight ddf`: geometry as a learned field of directed distances.
+
+mod eval;
+mod render;
+mod train;
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, Subcommand};
+use halflight_shape::{TriangleMesh, load_model};
+
+use super::console::Console;
+use super::failure::Failure;
+
+#[derive(Args, Debug)]
+pub(crate) struct DdfArgs {
+    #[command(subcommand)]
+    action: Action,
+}
+
+#[derive(Debug, Subcommand)]
+enum Action {
+    /// Learn the field of a mesh
+    Train(train::TrainArgs),
+    /// Say how far a field is from its mesh: points, depths, normals, hits and misses
+    Eval {
+        /// The .ddf file
+        field: PathBuf,
+        /// The mesh that it was learned from
+        mesh: PathBuf,
+        /// Points a side, and rays of each kind
+        #[arg(long, value_name = "N", default_value_t = 30_000, value_parser = clap::value_parser!(u32).range(100..=3_000_000))]
+        points: u32,
+    },
+    /// Show a field: distance and normals, beside its mesh if it is given
+    Render(render::RenderFieldArgs),
+}
+
+pub(crate) fn run(args: &DdfArgs, console: Console) -> Result<(), Failure> {
+    match &args.action {
+        Action::Train(args) => train::run(args, console),
+        Action::Eval { field, mesh, points } => eval::run(field, mesh, *points as usize, console),
+        Action::Render(args) => render::run(args, console),
+    }
+}
+
+/// A mesh from a file, with all its parts where they stand, repaired as far as it can be.
+fn load_mesh(path: &Path, console: Console) -> Result<TriangleMesh, Failure> {
+    let model = load_model(path)?;
+    model.warnings.iter().for_each(|warning| console.warn(warning));
+    let mut mesh = model.rest_surface().mesh;
+    let flaws = mesh.repair().map_err(|error| Failure::failed(format!("{}: {error}", path.display())))?;
+    let name = path.display().to_string();
+    flaws.sentences(&name).iter().for_each(|sentence| console.warn(sentence));
+    Ok(mesh)
+}
