@@ -9,6 +9,7 @@ use halflight_scene::schema::Table;
 use halflight_scene::spec::ToneName;
 use halflight_scene::{Frame, LoadOptions, Scene, Up};
 use halflight_trace::Simd;
+use serde_json::json;
 
 use super::demo::{self, Demo};
 use super::failure::Failure;
@@ -38,6 +39,9 @@ pub(crate) struct SceneArgs {
     /// measured .binary file. NAME=SPEC replaces the material NAME of a scene file
     #[arg(long, value_name = "SPEC", help_heading = "Scene")]
     pub(crate) material: Option<String>,
+    /// A field (.ddf) in place of the mesh of a shape of a scene file; repeatable
+    #[arg(long = "shape", value_name = "NAME=FIELD", value_parser = assignment, help_heading = "Scene")]
+    pub(crate) shape: Vec<(String, String)>,
     /// Set any key of the scene (camera.aperture_radius=0.05) or of a technique (path.max_depth=4); repeatable
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = checked_assignment, help_heading = "Scene")]
     pub(crate) set: Vec<String>,
@@ -111,11 +115,14 @@ impl Stage {
         let simd = machine.simd()?;
         let (of_technique, of_scene): (Vec<String>, Vec<String>) =
             changes.set.iter().cloned().partition(|text| is_of_technique(text));
+        // As text of TOML, whose strings are those of JSON for what file names hold.
+        let field = |(name, file): &(String, String)| format!("shape.{name}.field={}", json!(file));
+        let fields = changes.shape.iter().map(field);
         let options = LoadOptions {
             environment: changes.environment.clone(),
             material: changes.material.clone(),
             size: changes.size.map(|size| [size.width as u32, size.height as u32]),
-            set: of_scene,
+            set: of_scene.into_iter().chain(fields).collect(),
             simd,
             up: match changes.up {
                 UpAxis::Y => Up::Y,

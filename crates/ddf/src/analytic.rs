@@ -126,7 +126,8 @@ impl AnalyticField {
                     return None;
                 }
                 let half_chord = (left / a).sqrt();
-                let t = [nearest - half_chord, nearest + half_chord].into_iter().find(|&t| t > LEAST_DISTANCE)?;
+                let t =
+                    [nearest - half_chord, nearest + half_chord].into_iter().find(|&t| t > LEAST_DISTANCE)?;
                 Some((t, (f + t * omega) / *radius))
             }
             Self::Box { center, half } => {
@@ -181,8 +182,7 @@ fn torus(x: DVec3, omega: DVec3, radius: f64, tube: f64) -> Option<(f64, DVec3)>
     }
     let (r2, k) = (radius * radius, o.length_squared() + radius * radius - tube * tube);
     // (s² + k)² − 4R²(c0 + c1 s + c2 s²), as o · d = 0.
-    let (c0, c1, c2) =
-        (o.x * o.x + o.z * o.z, 2.0 * (o.x * d.x + o.z * d.z), d.x * d.x + d.z * d.z);
+    let (c0, c1, c2) = (o.x * o.x + o.z * o.z, 2.0 * (o.x * d.x + o.z * d.z), d.x * d.x + d.z * d.z);
     let quartic = [k * k - 4.0 * r2 * c0, -4.0 * r2 * c1, 2.0 * k - 4.0 * r2 * c2, 0.0, 1.0];
     let end = left.sqrt();
     let start = (LEAST_DISTANCE * length - shift).max(-end);

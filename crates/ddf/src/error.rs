@@ -4,7 +4,9 @@
 #[derive(Debug, thiserror::Error)]
 pub enum DdfError {
     /// The mesh has no triangle with an area.
-    #[error("the mesh has no surface: {triangles} triangles, none with an area; a field of distances needs something to be distant from")]
+    #[error(
+        "the mesh has no surface: {triangles} triangles, none with an area; a field of distances needs something to be distant from"
+    )]
     NoSurface {
         /// How many triangles it has.
         triangles: usize,
@@ -13,7 +15,9 @@ pub enum DdfError {
     #[error("the mesh cannot be used: {0}")]
     Mesh(#[from] halflight_shape::MeshError),
     /// The mesh is too large.
-    #[error("the mesh has {triangles} triangles; fields are trained from at most {most}: simplify it, or train from its parts")]
+    #[error(
+        "the mesh has {triangles} triangles; fields are trained from at most {most}: simplify it, or train from its parts"
+    )]
     TooLarge {
         /// How many triangles it has.
         triangles: usize,

@@ -112,11 +112,10 @@ const CUT: &str = "the file may have been cut off in copying: copy it again, or 
 fn decode(bytes: &[u8]) -> Result<DirectedField, Story> {
     let (length, metadata) = SafeTensors::read_metadata(bytes)
         .map_err(|error| (format!("not a whole safetensors file: {error}"), CUT))?;
-    let text = metadata
-        .metadata()
-        .as_ref()
-        .and_then(|map| map.get(KEY))
-        .ok_or_else(|| ("a safetensors file that holds no field of directed distances".to_string(), AGAIN))?;
+    let text =
+        metadata.metadata().as_ref().and_then(|map| map.get(KEY)).ok_or_else(|| {
+            ("a safetensors file that holds no field of directed distances".to_string(), AGAIN)
+        })?;
     let Versioned { version } =
         serde_json::from_str(text).map_err(|error| (format!("a broken header: {error}"), AGAIN))?;
     if version != FIELD_VERSION {
@@ -128,7 +127,10 @@ fn decode(bytes: &[u8]) -> Result<DirectedField, Story> {
     header.shape.check().map_err(|problem| (format!("a header whose {problem}"), AGAIN))?;
     let unit = header.unit;
     if !(unit.scale > 0.0 && unit.scale.is_finite() && unit.center.iter().all(|v| v.is_finite())) {
-        return Err((format!("bounds that are no bounds: center {:?}, scale {}", unit.center, unit.scale), AGAIN));
+        return Err((
+            format!("bounds that are no bounds: center {:?}, scale {}", unit.center, unit.scale),
+            AGAIN,
+        ));
     }
     let e = header.error;
     let errors = [e.depth_mean, e.depth_p95, e.across_p95, e.visibility, e.normal_mean_degrees, e.chamfer_e3];
@@ -141,15 +143,17 @@ fn decode(bytes: &[u8]) -> Result<DirectedField, Story> {
         let found = format!("scales {:?} for {} grids", header.scales, header.shape.levels.len());
         return Err((found, AGAIN));
     }
-    let tensors = SafeTensors::deserialize(bytes)
-        .map_err(|error| (format!("not a whole safetensors file of {length} bytes of header: {error}"), CUT))?;
+    let tensors = SafeTensors::deserialize(bytes).map_err(|error| {
+        (format!("not a whole safetensors file of {length} bytes of header: {error}"), CUT)
+    })?;
     let along = (header.shape.resolution / 4) as usize;
     let words = tensor(&tensors, "cells", Dtype::U64, &[along; 3])?;
     let words = words.as_chunks::<8>().0.iter().map(|bytes| u64::from_le_bytes(*bytes)).collect();
     let cells = Cells::from_blocks(header.shape.resolution, words)
         .ok_or_else(|| ("another number of cells than the header's resolution has".to_string(), AGAIN))?;
     let network = tensor(&tensors, "network", Dtype::F32, &[header.shape.network_len()])?;
-    let network: Vec<f32> = network.as_chunks::<4>().0.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect();
+    let network: Vec<f32> =
+        network.as_chunks::<4>().0.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect();
     if let Some(index) = network.iter().position(|v| !v.is_finite()) {
         return Err((format!("a network whose number {index} is {}", network[index]), AGAIN));
     }
@@ -167,7 +171,12 @@ fn decode(bytes: &[u8]) -> Result<DirectedField, Story> {
     Ok(field)
 }
 
-fn tensor<'a>(tensors: &SafeTensors<'a>, name: &str, kind: Dtype, shape: &[usize]) -> Result<&'a [u8], Story> {
+fn tensor<'a>(
+    tensors: &SafeTensors<'a>,
+    name: &str,
+    kind: Dtype,
+    shape: &[usize],
+) -> Result<&'a [u8], Story> {
     let view = tensors.tensor(name).map_err(|_| (format!("no tensor `{name}`"), AGAIN))?;
     if view.dtype() != kind || view.shape() != shape {
         let found = format!(

@@ -1,5 +1,5 @@
 //! Geometry as a field of directed distances: φ(x, ω) is how far a ray goes before it meets the surface, ξ(x, ω) whether
-//! it does [002].
+//! it does (seed 002).
 //!
 //! [`AnalyticField`] knows fields of simple shapes exactly. [`FastTrainer`] learns the field of a mesh;
 //! [`DirectedField`] answers for it.

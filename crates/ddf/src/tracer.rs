@@ -98,11 +98,8 @@ impl FieldTracer {
             let error = 2.0 * self.field.error.depth_p95.max(1e-3) / self.field.unit().scale;
             let around = error / ray.direction.length();
             let from = (hit.distance - around).max(0.0);
-            let near = Ray {
-                origin: ray.at(from),
-                t_max: (hit.distance + around).min(ray.t_max) - from,
-                ..*ray
-            };
+            let near =
+                Ray { origin: ray.at(from), t_max: (hit.distance + around).min(ray.t_max) - from, ..*ray };
             if let Some(mut found) = mesh.closest(&near) {
                 found.t = (found.t + from).min(ray.t_max);
                 found.primitive |= OF_MESH;

@@ -22,7 +22,8 @@ impl UnitSpace {
     /// The space of a mesh; `None` if its triangles have no extent or one that is not finite.
     #[must_use]
     pub fn of_mesh(mesh: &TriangleMesh) -> Option<UnitSpace> {
-        let used = || mesh.triangles.iter().flatten().filter_map(|&v| mesh.positions.get(v as usize).copied());
+        let used =
+            || mesh.triangles.iter().flatten().filter_map(|&v| mesh.positions.get(v as usize).copied());
         let (low, high) =
             used().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
         let center = low + 0.5 * (high - low);

@@ -38,7 +38,9 @@ fn clear(field: &AnalyticField, x: DVec3, omega: DVec3) -> bool {
     let near = [DVec3::X, DVec3::Y, DVec3::Z].into_iter().flat_map(|axis| [axis, -axis]);
     hit.normal.dot(omega).abs() > 0.1
         && near.into_iter().all(|axis| {
-            field.query(x + 1e-3 * axis, omega).is_some_and(|other| (other.distance - hit.distance).abs() < 0.05)
+            field.query(x + 1e-3 * axis, omega).is_some_and(|other| {
+                (other.distance - hit.distance).abs() < 0.05 && other.normal.distance(hit.normal) < 0.1
+            })
         })
 }
 
@@ -115,8 +117,8 @@ fn eq_5_of_002_the_unsigned_distance_is_the_least_over_all_directions() {
                 assert!(found >= truth - 1e-9, "{field:?} at {x}");
                 least = least.min(found);
             }
-            // Of 3000 directions the nearest is off by about 0.03: second order in the angle.
-            assert!(least < truth + 0.01 * (1.0 + truth) + 0.02, "{least} {truth} {field:?} at {x}");
+            // The nearest of 3000 directions is off by about 0.03, and meets an edge up to so much farther along.
+            assert!(least < truth + 0.05 * (1.0 + truth), "{least} {truth} {field:?} at {x}");
         }
     }
 }
@@ -134,7 +136,8 @@ fn curvature_follows_from_second_derivatives_along_the_tangents() {
 #[test]
 fn rays_without_direction_or_with_numbers_that_are_none_see_nothing() {
     for field in fields() {
-        for (x, omega) in [(DVec3::ZERO, DVec3::ZERO), (DVec3::NAN, DVec3::X), (DVec3::ZERO, DVec3::INFINITY)] {
+        for (x, omega) in [(DVec3::ZERO, DVec3::ZERO), (DVec3::NAN, DVec3::X), (DVec3::ZERO, DVec3::INFINITY)]
+        {
             assert!(field.query(x, omega).is_none());
             assert!(!field.is_visible(x, omega));
         }

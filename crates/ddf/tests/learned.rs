@@ -4,17 +4,15 @@ use std::path::Path;
 use std::sync::Arc;
 
 use glam::Vec3;
-use halflight_ddf::{
-    DdfError, DirectedField, FastShape, FastTrainer, FieldTracer, TrainOptions, evaluate,
-};
+use halflight_ddf::{DdfError, DirectedField, FastShape, FastTrainer, FieldTracer, TrainOptions, evaluate};
 use halflight_shape::TriangleMesh;
 use halflight_shape::procedural::mesh::torus;
 use halflight_trace::{MeshTracer, Ray, RayGeometry};
 
 fn options() -> TrainOptions {
     TrainOptions {
-        shape: FastShape { resolution: 24, levels: vec![0], ..FastShape::default() },
-        lines_per_step: 1024,
+        shape: FastShape { resolution: 24, ..FastShape::default() },
+        lines_per_step: 512,
         ..TrainOptions::default()
     }
 }
@@ -36,10 +34,10 @@ fn trained(steps: u64) -> (FastTrainer, DirectedField) {
 
 #[test]
 fn a_ring_is_learned_in_seconds_and_its_identities_hold() {
-    let (trainer, mut field) = trained(600);
+    let (trainer, mut field) = trained(2000);
     let found = evaluate(&field, trainer.unit_mesh(), 5000, 3);
     field.error = found.measured();
-    assert!(found.clouds.chamfer_e3 < 1.15 * found.floor_e3, "{found:?}");
+    assert!(found.clouds.chamfer_e3 < 1.1 * found.floor_e3, "{found:?}");
     assert!(found.primary.visibility > 0.985, "{found:?}");
     assert!(found.primary.depth_median < 0.005, "{found:?}");
     assert!(found.primary.normal_median_degrees < 12.0, "{found:?}");
@@ -148,7 +146,9 @@ fn files_come_back_as_they_were_and_broken_ones_are_refused() {
         bytes
     };
     assert!(story(&replaced("\\\"version\\\":1", "\\\"version\\\":7")).contains("version 7"));
-    assert!(story(&replaced("\\\"resolution\\\":24", "\\\"resolution\\\":28")).contains("where the header asks"));
+    assert!(
+        story(&replaced("\\\"resolution\\\":24", "\\\"resolution\\\":28")).contains("where the header asks")
+    );
     assert!(story(&replaced("\\\"hidden\\\":32", "\\\"hidden\\\":33")).contains("`hidden` must be"));
     assert!(story(&replaced("\"halflight-ddf\"", "\"halflight-daf\"")).contains("no field"));
     // NaN among the weights: the network is the one tensor of floats.
@@ -166,11 +166,8 @@ fn files_come_back_as_they_were_and_broken_ones_are_refused() {
 fn meshes_without_a_surface_are_refused_with_a_story() {
     let empty = FastTrainer::new(&TriangleMesh::default(), options());
     assert!(empty.is_err());
-    let point = TriangleMesh {
-        positions: vec![Vec3::ONE; 3],
-        triangles: vec![[0, 1, 2]],
-        ..TriangleMesh::default()
-    };
+    let point =
+        TriangleMesh { positions: vec![Vec3::ONE; 3], triangles: vec![[0, 1, 2]], ..TriangleMesh::default() };
     assert!(matches!(FastTrainer::new(&point, options()), Err(DdfError::NoSurface { triangles: 1 })));
     let needle = TriangleMesh {
         positions: vec![Vec3::ZERO, Vec3::X, 2.0 * Vec3::X],
@@ -198,11 +195,11 @@ fn non_manifold_and_open_meshes_are_learned_as_they_are() {
         ..TriangleMesh::default()
     };
     let mut trainer = FastTrainer::new(&mesh, options()).expect("sheets can be learned");
-    for step in 0..300 {
-        trainer.step(step as f32 / 300.0).expect("training goes on");
+    for step in 0..1200 {
+        trainer.step(step as f32 / 1200.0).expect("training goes on");
     }
     let found = evaluate(&trainer.field(), trainer.unit_mesh(), 3000, 3);
-    assert!(found.clouds.chamfer_e3 < 1.5 * found.floor_e3, "{found:?}");
+    assert!(found.clouds.chamfer_e3 < 1.6 * found.floor_e3, "{found:?}");
 }
 
 #[test]

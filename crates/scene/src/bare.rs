@@ -56,6 +56,7 @@ pub(crate) fn load(path: &Path, options: &LoadOptions) -> Result<Scene, SceneErr
     };
     let stage = match extension.as_str() {
         known if MODELS.contains(&known) => model(path, material, options.up, &mut builder)?,
+        "ddf" => field(path, material, &mut builder)?,
         known if HEIGHTS.contains(&known) => heights(path, material, &mut builder)?,
         known if LIGHT.contains(&known) => environment(path, &mut builder)?,
         "binary" => measured(path, &mut builder)?,
@@ -81,7 +82,7 @@ fn unknown(path: &Path, extension: &str) -> LoadError {
         }
     }
     LoadError::new("scene", path, found)
-        .hint("scenes are .toml; models .ply, .obj, .gltf, .glb; environments .hdr, .exr; heights .tif, .png; any of them packed as .xz")
+        .hint("scenes are .toml; models .ply, .obj, .gltf, .glb; fields .ddf; environments .hdr, .exr; heights .tif, .png; any of them packed as .xz")
 }
 
 /// `--set`, `--environment` and `--size`, which bare assets take as scene files do, as far as it makes sense.
@@ -206,20 +207,9 @@ fn model(
     if model.triangle_count() == 0 {
         builder.warnings.push(format!("{}: there are no triangles in it", path.display()));
     }
-    // What says nothing of its material gets one that shows its form: like unglazed clay.
     let material = material.or_else(|| {
-        let clay = MaterialKind::MetallicRoughness {
-            base_color: Vec3::new(0.62, 0.56, 0.50).into(),
-            metallic: 0.0.into(),
-            roughness: 0.55.into(),
-            transmission: 0.0.into(),
-            ior: 1.5,
-        };
         let plain = model.materials.iter().all(|material| material.stand_in);
-        plain.then(|| MaterialEntry {
-            index: builder.add_material(Material::new("clay", clay)),
-            displacement: None,
-        })
+        plain.then(|| MaterialEntry { index: builder.add_material(clay()), displacement: None })
     });
     let file = FilePath::direct(path);
     let (form, materials) = builder.place_model(&name, &model, &file, None, (0.0, 1.0, true), material);
@@ -234,6 +224,44 @@ fn model(
     let exposure_ev = materials.iter().map(|&m| exposure(&builder.materials[m as usize])).fold(0.0, f32::min);
     let object = Object { name, form, materials, places: vec![place], track: None, ground: false };
     Ok(Stage { objects: vec![object], ground: true, environment: None, camera, field_of_view, exposure_ev })
+}
+
+fn field(path: &Path, material: Option<MaterialEntry>, builder: &mut Builder) -> Result<Stage, SceneError> {
+    let shape = builder.bare_field(path)?;
+    let index = match material {
+        Some(entry) => entry.index,
+        None => builder.add_material(clay()),
+    };
+    let name = path.file_stem().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    let exposure_ev = exposure(&builder.materials[index as usize]).min(0.0);
+    let object = Object {
+        name,
+        form: Form::Field(shape),
+        materials: Arc::from([index]),
+        places: vec![Affine3A::IDENTITY],
+        track: None,
+        ground: false,
+    };
+    Ok(Stage {
+        objects: vec![object],
+        ground: true,
+        environment: None,
+        camera: None,
+        field_of_view: LENS,
+        exposure_ev,
+    })
+}
+
+/// What shows the form of something that says nothing of its material: like unglazed clay.
+fn clay() -> Material {
+    let clay = MaterialKind::MetallicRoughness {
+        base_color: Vec3::new(0.62, 0.56, 0.50).into(),
+        metallic: 0.0.into(),
+        roughness: 0.55.into(),
+        transmission: 0.0.into(),
+        ior: 1.5,
+    };
+    Material::new("clay", clay)
 }
 
 fn heights(path: &Path, material: Option<MaterialEntry>, builder: &mut Builder) -> Result<Stage, SceneError> {

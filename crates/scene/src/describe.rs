@@ -139,6 +139,10 @@ fn form_of(object: &Object) -> (String, usize, usize) {
         Form::MovingSpheres(spheres) => (format!("{} spheres from a file", spheres.len()), 0, spheres.len()),
         Form::Rectangle => ("rectangle".into(), 0, 0),
         Form::Disk => ("disk".into(), 0, 0),
+        Form::Field(shape) => {
+            let from = &shape.tracer.field().provenance;
+            (format!("field learned from {} ({} triangles)", from.source, from.source_triangles), 0, 0)
+        }
         Form::Heights(HeightSource::Still(field), _) => {
             let (low, high) = field
                 .heights

@@ -235,7 +235,7 @@ fn prepare(object: &Object) {
         Form::Model(model) => model.prepare(),
         Form::Spheres(spheres, tracer) => drop(still_spheres(spheres, tracer)),
         Form::Heights(HeightSource::Still(field), tracer) => drop(still_heights(field, tracer)),
-        Form::MovingSpheres(_) | Form::Rectangle | Form::Disk | Form::Heights(..) => {}
+        Form::MovingSpheres(_) | Form::Rectangle | Form::Disk | Form::Heights(..) | Form::Field(_) => {}
     }
 }
 
@@ -261,6 +261,7 @@ fn parts(object: &Object, times: [f64; 2]) -> Result<Vec<Part>, SceneError> {
         Form::MovingSpheres(spheres) => one(Arc::new(geometry::spheres(&spheres.at(times[0])))),
         Form::Rectangle => one(Arc::new(geometry::rectangle())),
         Form::Disk => one(Arc::new(geometry::disk())),
+        Form::Field(field) => one(field.geometry()),
         Form::Heights(HeightSource::Still(field), tracer) => one(still_heights(field, tracer)),
         Form::Heights(source, _) if times[0] == times[1] => {
             one(Arc::new(geometry::height_field(source.at(times[0])?)))

@@ -96,7 +96,10 @@ pub(super) fn run(args: &RenderFieldArgs, console: Console) -> Result<(), Failur
         (panels[panel][index], truth)
     };
     let layer = |f: &dyn Fn(Seen, Option<Seen>) -> f32| -> Vec<f32> {
-        (0..rows * columns).map(|i| at(i % columns, i / columns)).map(|(seen, truth)| f(seen, truth)).collect()
+        (0..rows * columns)
+            .map(|i| at(i % columns, i / columns))
+            .map(|(seen, truth)| f(seen, truth))
+            .collect()
     };
     for (channel, name) in ["R", "G", "B"].into_iter().enumerate() {
         picture.push(name, layer(&|seen, truth| color(args.show, &scale, seen, truth)[channel]));
@@ -120,8 +123,12 @@ pub(super) fn run(args: &RenderFieldArgs, console: Console) -> Result<(), Failur
         );
     }
     if let Some(of_mesh) = &of_mesh {
-        let right = of_mesh.iter().zip(&of_field).filter(|(a, b)| (a.distance > 0.0) == (b.distance > 0.0)).count();
-        text += &format!("; {} of the pixels agree on hit or miss", words::figure(right as f64 / rays.len() as f64));
+        let right =
+            of_mesh.iter().zip(&of_field).filter(|(a, b)| (a.distance > 0.0) == (b.distance > 0.0)).count();
+        text += &format!(
+            "; {} of the pixels agree on hit or miss",
+            words::figure(right as f64 / rays.len() as f64)
+        );
     }
     console.note(&text);
     console.event(

@@ -201,7 +201,8 @@ impl<'a> Watch<'a> {
         }
         self.shown_at = Instant::now();
         let progress = self.progress(trainer);
-        let chamfer = self.chamfer.map_or(String::new(), |found| format!(", Chamfer × 10³ {}", words::figure(found)));
+        let chamfer =
+            self.chamfer.map_or(String::new(), |found| format!(", Chamfer × 10³ {}", words::figure(found)));
         let sentence = format!(
             "step {}, visibility {:.4} ({:.2} % wrong), distance {:.4} cells{chamfer}, {}",
             trainer.steps_done(),

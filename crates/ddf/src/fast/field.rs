@@ -182,7 +182,8 @@ impl FastField {
                 continue;
             }
             let (near, far) = if d[axis] > 0.0 { (low, high) } else { (high, low) };
-            let (a, b) = ((near[axis] - ray.origin[axis]) / d[axis], (far[axis] - ray.origin[axis]) / d[axis]);
+            let (a, b) =
+                ((near[axis] - ray.origin[axis]) / d[axis], (far[axis] - ray.origin[axis]) / d[axis]);
             if a > enter {
                 (enter, enter_axis) = (a, axis);
             }

@@ -112,7 +112,9 @@ fn gradient_block<S: Simd, const V: usize>(
     let mut sums: [[S::f32s; V]; ROWS] =
         std::array::from_fn(|r| std::array::from_fn(|v| g[r * vectors + column + v]));
     for (line, x) in dy.chunks_exact(vectors).zip(x.chunks(stride)) {
-        let (Some(line), Some(x)) = (line[column..].first_chunk::<V>(), x.first_chunk::<ROWS>()) else { return };
+        let (Some(line), Some(x)) = (line[column..].first_chunk::<V>(), x.first_chunk::<ROWS>()) else {
+            return;
+        };
         for r in 0..ROWS {
             let a = simd.splat_f32s(x[r]);
             for v in 0..V {

@@ -178,7 +178,14 @@ impl Tile {
         for (index, sample) in samples.iter().enumerate() {
             let of_inputs = &self.upper[index * width..][..width];
             let corners = &self.corners[index];
-            encode_gradient::<FUSED, F>(shape, levels, corners, &sample.part, of_inputs, &mut gradient.tables);
+            encode_gradient::<FUSED, F>(
+                shape,
+                levels,
+                corners,
+                &sample.part,
+                of_inputs,
+                &mut gradient.tables,
+            );
         }
         loss
     }

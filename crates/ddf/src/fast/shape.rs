@@ -27,8 +27,8 @@ pub struct FastShape {
 impl Default for FastShape {
     fn default() -> Self {
         FastShape {
-            resolution: 64,
-            levels: vec![0, 2],
+            resolution: 128,
+            levels: vec![0],
             features: 8,
             points: 3,
             hidden: 32,
@@ -62,7 +62,11 @@ impl FastShape {
         let levels = &self.levels;
         let rising = levels.windows(2).all(|pair| pair[0] < pair[1]);
         let within = levels.iter().all(|&shift| shift < 9 && (r >> shift) >= 1);
-        fits("levels", (1..=MOST_LEVELS).contains(&levels.len()) && rising && within, "1 to 4 rising halvings")?;
+        fits(
+            "levels",
+            (1..=MOST_LEVELS).contains(&levels.len()) && rising && within,
+            "1 to 4 rising halvings",
+        )?;
         fits("features", matches!(self.features, 4 | 8), "4 or 8")?;
         fits("points", (2..=MOST_POINTS).contains(&self.points), "from 2 to 8")?;
         fits("hidden", matches!(self.hidden, 32 | 64), "32 or 64")?;

@@ -40,16 +40,11 @@ impl Cells {
     /// From the words of a file; `None` if there are not as many as there should be.
     pub(crate) fn from_blocks(resolution: u32, blocks: Vec<u64>) -> Option<Cells> {
         let along = resolution / 4;
-        if resolution % 4 != 0 || resolution == 0 || blocks.len() != (along as usize).pow(3) {
+        if !resolution.is_multiple_of(4) || resolution == 0 || blocks.len() != (along as usize).pow(3) {
             return None;
         }
-        let mut cells = Cells {
-            resolution,
-            blocks_along: along,
-            blocks,
-            low: Vec3::INFINITY,
-            high: Vec3::NEG_INFINITY,
-        };
+        let mut cells =
+            Cells { resolution, blocks_along: along, blocks, low: Vec3::INFINITY, high: Vec3::NEG_INFINITY };
         let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
         cells.for_each(|cell| {
             low = low.min(cell.as_vec3());
@@ -157,8 +152,7 @@ impl Cells {
         let (a, b) = ((self.low - origin) * inverse, (self.high - origin) * inverse);
         let enter = a.min(b).max_element().max(from);
         let leave = a.max(b).min_element().min(to);
-        // False for NaN too.
-        if !(enter < leave) {
+        if enter.is_nan() || leave.is_nan() || enter >= leave {
             return None;
         }
         let o = origin + d * enter;

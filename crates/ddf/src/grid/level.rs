@@ -67,8 +67,8 @@ impl Level {
         for (corner, place) in places.iter_mut().enumerate() {
             let corner = corner as u32;
             let (x, y, z) = (c.x + (corner & 1), c.y + (corner >> 1 & 1), c.z + (corner >> 2));
-            let block =
-                self.blocks[((((z >> 2) * self.blocks_along) + (y >> 2)) * self.blocks_along + (x >> 2)) as usize];
+            let block = self.blocks
+                [((((z >> 2) * self.blocks_along) + (y >> 2)) * self.blocks_along + (x >> 2)) as usize];
             let below = block.bits & ((1u64 << bit(x, y, z)) - 1);
             *place = block.before + below.count_ones();
         }

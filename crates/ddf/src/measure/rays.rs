@@ -129,7 +129,12 @@ impl Evaluation {
 /// Measures a field against its mesh, which is given in the unit sphere: clouds of `points`, and as many rays of each
 /// kind.
 #[must_use]
-pub fn evaluate(field: &DirectedField, unit_mesh: &Arc<TriangleMesh>, points: usize, seed: u64) -> Evaluation {
+pub fn evaluate(
+    field: &DirectedField,
+    unit_mesh: &Arc<TriangleMesh>,
+    points: usize,
+    seed: u64,
+) -> Evaluation {
     let of_mesh = Cloud::new(mesh_points(unit_mesh, points, seed));
     let other = Cloud::new(mesh_points(unit_mesh, points, seed ^ 0x5555));
     let of_field = Cloud::new(field_points(field, points, seed));
@@ -138,6 +143,7 @@ pub fn evaluate(field: &DirectedField, unit_mesh: &Arc<TriangleMesh>, points: us
         .into_par_iter()
         .map(|index| uniform_line(&mut Random::new(seed, 13, index as u64)))
         .collect();
+    let primary = ray_errors(field, &tracer, &lines);
     let sampler = LineSampler::new(Arc::clone(unit_mesh), 0.0);
     let leaving: Vec<(Vec3, Vec3)> = match &sampler {
         Some(sampler) => (0..points)
@@ -147,7 +153,8 @@ pub fn evaluate(field: &DirectedField, unit_mesh: &Arc<TriangleMesh>, points: us
                 let side = if random.bits() & 1 == 0 { normal } else { -normal };
                 // Cosine-distributed: the normal plus a uniform direction.
                 let direction = (side + random.direction()).normalize_or(side);
-                let off = field.error.across_p95.max(1e-3);
+                // As a path tracer starts them: off the surface by the measured error.
+                let off = (primary.across_p95 as f32).max(1e-4);
                 (point + side * off, direction)
             })
             .collect(),
@@ -156,7 +163,7 @@ pub fn evaluate(field: &DirectedField, unit_mesh: &Arc<TriangleMesh>, points: us
     Evaluation {
         clouds: compare_clouds(&of_field, &of_mesh),
         floor_e3: chamfer_e3(&other, &of_mesh),
-        primary: ray_errors(field, &tracer, &lines),
+        primary,
         secondary: ray_errors(field, &tracer, &leaving),
     }
 }

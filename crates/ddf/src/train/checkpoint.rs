@@ -59,7 +59,10 @@ impl FastTrainer {
         let header: Header =
             serde_json::from_slice(&bytes[..end]).map_err(|e| error(format!("a broken header: {e}")))?;
         if header.version != VERSION {
-            return Err(error(format!("version {}, this halflight writes version {VERSION}", header.version)));
+            return Err(error(format!(
+                "version {}, this halflight writes version {VERSION}",
+                header.version
+            )));
         }
         if header.options != self.options {
             return Err(error("a training with other options".into()));

@@ -1,6 +1,6 @@
 //! What the fast field learns from: parts of lines near the surface, cast against the mesh as they are needed.
 //!
-//! A point is drawn uniformly by area, half of the time moved off the surface by up to a cell; through it a line in a
+//! A point is drawn uniformly by area, half of the time moved by up to a cell in any direction, past rims too; through it a line in a
 //! uniform direction. Its free stretch, between the surface behind and the surface ahead (or as far as is looked), gives
 //! samples in both directions: the cell of the point, the cells of the two hits, and one more that it passes. Each starts
 //! where a ray from outside would enter the cell or anywhere before the hit: the marched copies of one ray, whose
@@ -122,7 +122,7 @@ impl LineSampler {
         } else {
             // Near the surface, as many within each tenth of a cell's logarithm.
             let away = (random.float() * 100f32.ln()).exp() * 0.01;
-            let origin = point + normal * if random.bits() & 1 == 0 { away } else { -away };
+            let origin = point + away * random.direction();
             let (ahead, ahead_hit) = self.cast(origin, direction);
             let (behind, behind_hit) = self.cast(origin, -direction);
             (origin, Free { from: -behind, to: ahead, from_hit: behind_hit, to_hit: ahead_hit })
@@ -131,21 +131,27 @@ impl LineSampler {
         let mut count = 0;
         // Two cells beyond the ends: the parts of the last cells that lie behind the surface.
         let back = free.from - 2.0;
-        let _: Option<()> = cells.walk(origin + direction * back, direction, 0.0, free.to + 2.0 - back, |chord| {
-            chords[count] = Chord { cell: chord.cell, enter: chord.enter + back, leave: chord.leave + back };
-            count += 1;
-            if count == MOST_CHORDS { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-        });
+        let _: Option<()> =
+            cells.walk(origin + direction * back, direction, 0.0, free.to + 2.0 - back, |chord| {
+                chords[count] =
+                    Chord { cell: chord.cell, enter: chord.enter + back, leave: chord.leave + back };
+                count += 1;
+                if count == MOST_CHORDS { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            });
         let chords = &chords[..count];
         let holds = |chord: &&Chord, t: f32| chord.enter <= t && t <= chord.leave;
         let line = Line { origin, direction, free: &free, margin: self.margin };
         if let Some(chord) = chords.iter().find(|chord| holds(chord, 0.0)) {
             line.add(chord, random.bits() & 1 == 0, random, to);
         }
-        if free.to_hit.is_some() && let Some(chord) = chords.iter().find(|chord| holds(chord, free.to)) {
+        if free.to_hit.is_some()
+            && let Some(chord) = chords.iter().find(|chord| holds(chord, free.to))
+        {
             line.add(chord, true, random, to);
         }
-        if free.from_hit.is_some() && let Some(chord) = chords.iter().find(|chord| holds(chord, free.from)) {
+        if free.from_hit.is_some()
+            && let Some(chord) = chords.iter().find(|chord| holds(chord, free.from))
+        {
             line.add(chord, false, random, to);
         }
         if !chords.is_empty() {

@@ -52,9 +52,9 @@ impl Default for TrainOptions {
         TrainOptions {
             shape: FastShape::default(),
             seed: 1,
-            lines_per_step: 8192,
-            feature_rate: 1e-2,
-            network_rate: 3e-3,
+            lines_per_step: 2048,
+            feature_rate: 3e-2,
+            network_rate: 1e-2,
             distance_weight: 4.0,
         }
     }

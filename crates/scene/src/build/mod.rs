@@ -5,6 +5,7 @@
 
 mod camera;
 mod environment;
+pub(crate) mod fields;
 mod heights;
 mod lights;
 mod materials;

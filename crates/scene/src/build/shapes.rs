@@ -8,6 +8,7 @@ use halflight_shape::procedural::mesh as generate;
 use halflight_shape::{Model, TriangleMesh};
 use halflight_trace::Geometry;
 
+use super::fields::FieldShape;
 use super::meshes::Finish;
 use super::node_spheres::NodeSpheres;
 use super::{Builder, HeightSource, MaterialEntry, MeshPart, ModelShape};
@@ -46,6 +47,7 @@ pub(crate) enum Form {
     /// The unit disk of the xy-plane, facing +z.
     Disk,
     Heights(HeightSource, OnceLock<Arc<Geometry>>),
+    Field(FieldShape),
 }
 
 /// Turns what faces +z so that it faces +y.
@@ -112,13 +114,20 @@ impl Builder {
     /// Says what a shape cannot do.
     fn notices(&mut self, name: &str, form: &Form, materials: &[u32], material: Option<&MaterialEntry>) {
         let displaced = material.is_some_and(|entry| entry.displacement.is_some());
-        if displaced && matches!(form, Form::Spheres(..) | Form::MovingSpheres(_) | Form::Heights(..)) {
+        if displaced
+            && matches!(form, Form::Spheres(..) | Form::MovingSpheres(_) | Form::Heights(..) | Form::Field(_))
+        {
             self.warnings.push(format!(
-                "{name}: the displacement is left out: `spheres` and height fields have no vertices to move; \
+                "{name}: the displacement is left out: `spheres`, fields and height fields have no vertices to move; \
                  use a `sphere`, or a mesh"
             ));
         }
         let shines = materials.iter().any(|&index| self.materials[index as usize].is_emissive());
+        if matches!(form, Form::Field(_)) && shines {
+            self.warnings.push(format!(
+                "{name}: the light of a shining field is found by chance alone, which is noisy; its mesh is sampled as a light"
+            ));
+        }
         if let Form::Heights(source, _) = form
             && shines
             && source.facets() > MOST_SHINING_FACETS
@@ -160,6 +169,13 @@ impl Builder {
             return Some((self.mesh_form(name, mesh, None, &material), one(self), still, ground));
         }
         Some(match &shape.kind {
+            ShapeKind::Mesh(MeshSpec { file, field: Some(field), field_fallback, .. }) => {
+                let form = Form::Field(self.field(field, field_fallback.then_some(file))?);
+                (form, one(self), still, false)
+            }
+            ShapeKind::Field(spec) => {
+                (Form::Field(self.field(&spec.file, spec.mesh.as_ref())?), one(self), still, false)
+            }
             ShapeKind::Mesh(spec) => {
                 let (form, materials) = self.model_shape(name, spec, material)?;
                 (form, materials, still, false)
@@ -413,6 +429,7 @@ impl Form {
             Self::Rectangle | Self::Disk => [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
                 .map(|p| Vec2::from(p).extend(0.0))
                 .to_vec(),
+            Self::Field(field) => field.outline(),
             Self::Heights(source, _) => {
                 source.at(time).map(|field| geometry::outline(&field)).unwrap_or_default()
             }

@@ -97,6 +97,24 @@ record! {
         /// Whether the animation begins again after its end.
         #[example = "false"]
         animation_loop: bool = true,
+        /// A field that was learned from the mesh (`halflight ddf train`) and answers rays in its place.
+        #[example = "\"bunny.ddf\""]
+        field: Option<FilePath>,
+        /// Whether the mesh is asked wherever the field is in doubt, and confirms its hits.
+        #[example = "true"]
+        field_fallback: bool = false,
+    }
+}
+
+record! {
+    /// A learned field of directed distances.
+    pub struct FieldSpec, "field" {
+        /// What `halflight ddf train` wrote.
+        #[example = "\"bunny.ddf\""]
+        file: FilePath,
+        /// The mesh that it was learned from: it is asked wherever the field is in doubt, and confirms the field's hits.
+        #[example = "\"bunny.ply\""]
+        mesh: Option<FilePath>,
     }
 }
 
@@ -286,6 +304,8 @@ variants! {
     pub enum ShapeKind, "[[shape]]" {
         /// A mesh, or a whole scene graph, from a file.
         "mesh" => Mesh(MeshSpec),
+        /// A field of directed distances that was learned from a mesh, and stands where the mesh would.
+        "field" => Field(FieldSpec),
         /// Triangles written in the scene file itself.
         "triangles" => Triangles(TrianglesSpec),
         /// An exact sphere.
