@@ -77,7 +77,14 @@ fn main() {
     };
     for (number, text) in configurations.iter().enumerate() {
         let exhaustive = text.contains("forward") || text.contains("reference");
-        let (film, report, prepared, cpu) = render(text, if exhaustive { 0 } else { 8 });
+        let (film, report, prepared, cpu) = render(
+            text,
+            if exhaustive {
+                0
+            } else {
+                std::env::var("REPEATS").ok().and_then(|r| r.parse().ok()).unwrap_or(8)
+            },
+        );
         let image = film.image();
         let psnr = metrics::psnr(&image, &truth, ev).unwrap_or(0.0);
         println!(

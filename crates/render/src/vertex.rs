@@ -32,21 +32,7 @@ impl<'a> Vertex<'a> {
         let material = frame.material(surface.instance, surface.material_slot);
         let input = SurfaceInput { uv: surface.uv, color: surface.color };
         let towards_eye = -ray.direction;
-        let mut normal = surface.shading_normal;
-        let mut tangent = surface.tangent;
-        if let Some(bump) = material.shading_normal_local(surface.uv) {
-            let bitangent = surface.handedness * normal.cross(tangent);
-            normal = (bump.x * tangent + bump.y * bitangent + bump.z * normal).normalize_or(normal);
-        }
-        normal = facing_like(normal, surface.geometric_normal, towards_eye);
-        // The surface's tangent is perpendicular to the surface's own shading normal.
-        if normal != surface.shading_normal {
-            tangent = (tangent - normal * normal.dot(tangent)).normalize_or_zero();
-            if tangent == Vec3::ZERO {
-                tangent = normal.any_orthonormal_vector();
-            }
-        }
-        let axes = [tangent, normal.cross(tangent), normal];
+        let axes = shading_axes(&surface, material, towards_eye);
         let wo = to_local(&axes, towards_eye);
         Self { surface, material, bsdf: material.bsdf(&input), axes, towards_eye, wo, solid: false }
     }
@@ -127,6 +113,26 @@ impl<'a> Vertex<'a> {
             _ => self.material.emitted(&SurfaceInput { uv, color: Vec3::ONE }),
         }
     }
+}
+
+/// The local frame in world space: along the tangent, across it, and the shading normal, normal map included.
+#[inline]
+pub(crate) fn shading_axes(surface: &Surface, material: &Material, towards_eye: Vec3) -> [Vec3; 3] {
+    let mut normal = surface.shading_normal;
+    let mut tangent = surface.tangent;
+    if let Some(bump) = material.shading_normal_local(surface.uv) {
+        let bitangent = surface.handedness * normal.cross(tangent);
+        normal = (bump.x * tangent + bump.y * bitangent + bump.z * normal).normalize_or(normal);
+    }
+    normal = facing_like(normal, surface.geometric_normal, towards_eye);
+    // The surface's tangent is perpendicular to the surface's own shading normal.
+    if normal != surface.shading_normal {
+        tangent = (tangent - normal * normal.dot(tangent)).normalize_or_zero();
+        if tangent == Vec3::ZERO {
+            tangent = normal.any_orthonormal_vector();
+        }
+    }
+    [tangent, normal.cross(tangent), normal]
 }
 
 #[inline]

@@ -9,6 +9,7 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::hierarchy::{Known, Shaded};
+use super::parts::Shares;
 use super::predict::{Buffer, FEWEST};
 use super::shade::Shader;
 use super::surface::{SurfacePoint, Surfaces, look_together};
@@ -36,14 +37,14 @@ pub(super) fn refine(
     shader: &Shader,
     surfaces: &Surfaces,
     buffer: &Buffer,
-    shaded: &mut Shaded,
+    (shaded, picture): (&mut Shaded, &mut [Vec3]),
     side: usize,
     offset: Vec2,
 ) -> usize {
     let (width, height) = (surfaces.width, surfaces.height);
     let view = shader.frame.camera.view(width, height);
     let finer = Finer { shader, surfaces, buffer, known: &shaded.pixels };
-    let found: Vec<(Vec<(usize, Known)>, u64)> = (0..height)
+    let found: Vec<(Vec<(usize, Part)>, u64)> = (0..height)
         .into_par_iter()
         .map(|y| {
             let mut room = shader.room();
@@ -55,7 +56,7 @@ pub(super) fn refine(
                     corner
                         + (Vec2::new((i % side) as f32, (i / side) as f32) + Vec2::splat(0.5)) / side as f32
                 };
-                let mut sum = Known::default();
+                let mut sum = Part::default();
                 look_together(shader.frame, &view, side * side, place, |i, point| {
                     let at = [(x * side + i % side) as u32, (y * side + i / side) as u32];
                     let part = finer.part([x, y], &point, at, (side * side) as u32, &mut room);
@@ -74,10 +75,20 @@ pub(super) fn refine(
         shaded.rays += rays;
         pixels += row.len();
         for (index, known) in row {
-            shaded.pixels[index] = known;
+            picture[index] = known.radiance;
+            let pixel = &mut shaded.pixels[index];
+            (pixel.samples, pixel.shaded) = (known.samples, known.shaded);
         }
     }
     pixels
+}
+
+/// What one place of a pixel shows, or the mean of some.
+#[derive(Clone, Copy, Default)]
+struct Part {
+    radiance: Vec3,
+    samples: u16,
+    shaded: bool,
 }
 
 struct Finer<'a> {
@@ -101,7 +112,7 @@ impl Finer<'_> {
         if !point.is_there() {
             return None;
         }
-        let level = self.buffer.pixels[y * self.surfaces.width + x].level;
+        let level = self.buffer.pixels[y * self.surfaces.width + x].detail;
         (level < 0).then(|| side.min(1 << -level))
     }
 
@@ -117,13 +128,13 @@ impl Finer<'_> {
         point: &SurfacePoint,
         at: [u32; 2],
         parts: u32,
-        room: &mut super::shade::Gathered,
-    ) -> Known {
+        room: &mut super::gather::Gathered,
+    ) -> Part {
         if !point.is_there() {
             let radiance = self.shader.frame.lights.escaped(-point.towards_eye);
-            return Known { radiance, samples: 0, shaded: false };
+            return Part { radiance, samples: 0, shaded: false };
         }
-        let (mut sum, mut weights) = (Vec3::ZERO, 0.0);
+        let (mut sum, mut weights) = (Shares::default(), 0.0);
         let (mut asks, mut samples) = (i8::MAX, [FEWEST; 2]);
         let mut nearest = f32::INFINITY;
         for dy in -1..=1 {
@@ -138,7 +149,8 @@ impl Finer<'_> {
                 let off = point.normal.dot(away);
                 let weight = (-(off * off) / distance.max(f32::MIN_POSITIVE) / (EDGE * EDGE)).exp()
                     / distance.max(1e-20);
-                sum += weight * self.known[index].radiance;
+                let known = &self.known[index].shares;
+                sum = std::array::from_fn(|part| sum[part] + weight * known[part]);
                 weights += weight;
                 let predicted = &self.buffer.pixels[index];
                 asks = asks.min(predicted.level);
@@ -149,10 +161,12 @@ impl Finer<'_> {
             }
         }
         if weights > 0.0 && weights.is_finite() && (0..i8::MAX).contains(&asks) {
-            return Known { radiance: sum / weights, samples: 0, shaded: false };
+            let radiance = self.shader.composed(point, sum.map(|s| s / weights));
+            return Part { radiance, samples: 0, shaded: false };
         }
-        let samples = samples.map(|n| if n > 1 { (n / parts).max(FEWEST / 4) } else { n });
-        let radiance = self.shader.radiance(point, at, samples, room);
-        Known { radiance, samples: (samples[0] + samples[1]) as u16, shaded: true }
+        let samples = samples.map(|n| if n > 1 { (n / parts).max(FEWEST) } else { n });
+        let shares = self.shader.shares(point, at, samples, room);
+        let radiance = self.shader.composed(point, shares);
+        Part { radiance, samples: (samples[0] + samples[1]) as u16, shaded: true }
     }
 }

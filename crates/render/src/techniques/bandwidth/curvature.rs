@@ -7,43 +7,41 @@
 //! and zero on a cylinder. Error on a sphere, 100 pixels across: 2 % within 60° of the eye.
 
 use glam::{Vec2, Vec3};
-use rayon::prelude::*;
 
+use super::lobes::Lobe;
 use super::surface::{SurfacePoint, Surfaces};
 
 /// Curvatures above the inverse of this share of a pixel's width are those of edges.
 const SHARPEST: f32 = 0.5;
 
-/// Works out the curvature of every point, and how finely a texture varies from pixel to pixel where `texels` gives, for a
-/// material and texture coordinates, cycles per unit of u and of v.
-pub(super) fn measure(surfaces: &mut Surfaces, texture: impl Fn(&SurfacePoint, Vec2, Vec2) -> f32 + Sync) {
+/// How what a pixel shows varies to its neighbours.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Bend {
+    /// Principal curvatures in 1/m, the larger in size first, convex > 0.
+    pub(super) curvature: [f32; 2],
+    /// Cycles per pixel of the pictures on it: of those that are shaded, and of those that are multiplied in afterwards.
+    pub(super) pictures: [f32; 2],
+}
+
+/// The curvature of what pixel (x, y) shows, and how finely the pictures on it vary from pixel to pixel.
+#[inline]
+pub(super) fn measure(surfaces: &Surfaces, lobe: &Lobe, [x, y]: [usize; 2]) -> Bend {
     let (width, height) = (surfaces.width, surfaces.height);
-    let points = &surfaces.points;
-    let found: Vec<([f32; 2], f32)> = (0..width * height)
-        .into_par_iter()
-        .with_min_len(width)
-        .map(|i| {
-            let point = &points[i];
-            if !point.is_there() {
-                return ([0.0; 2], 0.0);
-            }
-            let (x, y) = (i % width, i / width);
-            let like = |exists: bool, j: usize, sign: f32| {
-                (exists && points[j].is_of(point)).then(|| Step::between(point, &points[j], sign))
-            };
-            let (right, left) = (like(x + 1 < width, i + 1, 1.0), like(x > 0, i.wrapping_sub(1), -1.0));
-            let (down, up) = (like(y + 1 < height, i + width, 1.0), like(y > 0, i.wrapping_sub(width), -1.0));
-            // Of two neighbours the nearer one: the other may lie behind an edge.
-            let (across, along) = (Step::shorter(right, left), Step::shorter(down, up));
-            let varies =
-                texture(point, across.map_or(Vec2::ZERO, |s| s.uv), along.map_or(Vec2::ZERO, |s| s.uv));
-            (principal(point.normal, across, along), varies)
-        })
-        .collect();
-    for (point, (curvature, texture)) in surfaces.points.iter_mut().zip(found) {
-        point.curvature = curvature;
-        point.texture = texture;
-    }
+    let (points, i) = (&surfaces.points, y * width + x);
+    let point = &points[i];
+    let like = |exists: bool, j: usize, sign: f32| {
+        (exists && points[j].is_of(point)).then(|| Step::between(point, &points[j], sign))
+    };
+    let (right, left) = (like(x + 1 < width, i + 1, 1.0), like(x > 0, i.wrapping_sub(1), -1.0));
+    let (down, up) = (like(y + 1 < height, i + width, 1.0), like(y > 0, i.wrapping_sub(width), -1.0));
+    // Of two neighbours the nearer one: the other may lie behind an edge.
+    let (across, along) = (Step::shorter(right, left), Step::shorter(down, up));
+    let pictures = if lobe.is_painted() {
+        lobe.painted(point.uv, across.map_or(Vec2::ZERO, |s| s.uv), along.map_or(Vec2::ZERO, |s| s.uv))
+    } else {
+        [0.0; 2]
+    };
+    Bend { curvature: principal(point.normal, across, along), pictures }
 }
 
 /// The way to a neighbouring pixel.
@@ -100,7 +98,7 @@ fn principal(normal: Vec3, across: Option<Step>, along: Option<Step>) -> [f32; 2
     let (xx, xy) = ((na.x * pb.y - nb.x * pa.y) / area, (nb.x * pa.x - na.x * pb.x) / area);
     let (yx, yy) = ((na.y * pb.y - nb.y * pa.y) / area, (nb.y * pa.x - na.y * pb.x) / area);
     let (middle, half, off) = (0.5 * (xx + yy), 0.5 * (xx - yy), 0.5 * (xy + yx));
-    let root = half.hypot(off);
+    let root = (half * half + off * off).sqrt();
     let (first, second) =
         if middle < 0.0 { (middle - root, middle + root) } else { (middle + root, middle - root) };
     let step = pa.length().min(pb.length());

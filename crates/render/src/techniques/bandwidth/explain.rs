@@ -7,7 +7,7 @@ use halflight_frequency::bandwidth::{Bandwidth, Chain, UNLIMITED, pixel};
 use halflight_scene::Frame;
 
 use super::BandwidthTechnique;
-use super::curvature;
+use super::curvature::{self, Bend};
 use super::light::FrameLight;
 use super::predict::{Buffer, Judge, turned};
 use super::settings::Mode;
@@ -22,10 +22,7 @@ impl BandwidthTechnique {
         }
         let lobes = self.lobes_of(frame);
         let light = FrameLight::new(frame, &self.light, self.settings.mode == Mode::Preconvolved);
-        let mut surfaces = Surfaces::look(frame, width, height, Vec2::splat(0.5));
-        curvature::measure(&mut surfaces, |point, across, along| {
-            lobes[point.material as usize].painted(point.uv, across, along)
-        });
+        let surfaces = Surfaces::look(frame, [width, height], Vec2::splat(0.5), Vec::new());
         let judge = Judge::new(frame, &light, &lobes, &self.settings, [width, height]);
         let buffer = Buffer::new(&judge, &surfaces);
         let point = surfaces.at(x, y);
@@ -34,24 +31,27 @@ impl BandwidthTechnique {
             text += "shows nothing but the environment: it is looked up, not shaded\n";
             return Some(text);
         }
-        let judged = judge.judge(point);
+        let judged = judge.judge(&surfaces, [x, y]);
+        let bend = curvature::measure(&surfaces, &lobes[point.material as usize], [x, y]);
         let predicted = &buffer.pixels[y * width + x];
-        describe(&mut text, frame, point);
-        chain(&mut text, &judge, point);
-        let exit = Judge::exit(point);
+        describe(&mut text, frame, point, &bend);
+        chain(&mut text, &judge, point, &bend);
+        let exit = Judge::exit(point, &bend);
         let _ = writeln!(
             text,
             "\naverage over {} directions, weighted by what they bring",
             self.settings.directions
         );
-        let _ = writeln!(text, "  min(light, lobe)          {:>10.3} cycles/rad", judged.limited);
+        let _ = writeln!(text, "  light that the lobe passes{:>10.3} cycles/rad", judged.limited);
         let _ = writeln!(text, "  x |2 c d'/cos + 1|        {:>10.3}", exit.magnification().abs());
-        let _ = writeln!(text, "  x roundness               {:>10.3}", exit.roundness(point.curvature[1]));
+        let _ = writeln!(text, "  x roundness               {:>10.3}", exit.roundness(bend.curvature[1]));
         if judged.mean[1] > 0.0 {
             let _ = writeln!(text, "  local lights, at the eye  {:>10.3} cycles/rad", judged.local);
         }
         let _ = writeln!(text, "  x pixel angle             {:>10.6} rad", judge.pixel_angle);
-        let _ = writeln!(text, "  + texture                 {:>10.3} cycles/pixel", point.texture);
+        let [shaded, painted] = bend.pictures;
+        let _ = writeln!(text, "  + pictures, shaded        {:>10.3} cycles/pixel", shaded);
+        let _ = writeln!(text, "  + pictures, multiplied in {:>10.3} cycles/pixel", painted);
         let _ = writeln!(text, "predicted bandwidth         {:>10.4} cycles/pixel", predicted.bandwidth);
         let _ = writeln!(
             text,
@@ -61,13 +61,16 @@ impl BandwidthTechnique {
             1 << predicted.level.max(0),
             pixel::level(predicted.bandwidth, -2, 9)
         );
+        if predicted.detail < predicted.level {
+            let _ = writeln!(text, "level of its pictures       {:>10}", predicted.detail);
+        }
         let _ = writeln!(
             text,
             "luminance of environment and local lights {:.4} + {:.4}",
             judged.mean[0], judged.mean[1]
         );
         let _ =
-            writeln!(text, "variance of one sample      {:>10.3} of the squared mean", predicted.variance);
+            writeln!(text, "variance of one sample, at most {:>6.3} of the squared mean", predicted.variance);
         let _ = writeln!(
             text,
             "samples for an error of {:.1} %: {} of the environment, {} of local lights",
@@ -79,7 +82,7 @@ impl BandwidthTechnique {
     }
 }
 
-fn describe(text: &mut String, frame: &Frame, point: &SurfacePoint) {
+fn describe(text: &mut String, frame: &Frame, point: &SurfacePoint, bend: &Bend) {
     let p = point.position;
     let _ = writeln!(
         text,
@@ -95,13 +98,13 @@ fn describe(text: &mut String, frame: &Frame, point: &SurfacePoint) {
         "distance {:.3} m, cosine to the eye {:.3}, principal curvatures {:.3} and {:.3} 1/m",
         point.distance,
         point.cos_exit(),
-        point.curvature[0],
-        point.curvature[1]
+        bend.curvature[0],
+        bend.curvature[1]
     );
 }
 
 /// The chain of the direction that brings most.
-fn chain(text: &mut String, judge: &Judge, point: &SurfacePoint) {
+fn chain(text: &mut String, judge: &Judge, point: &SurfacePoint, bend: &Bend) {
     let lobe = &judge.lobes[point.material as usize];
     let [x, y, z] = turned(point.axes(), point.view()).map(|axis| judge.light.to_map * axis);
     let brings = |probe: &super::lobes::Probe| {
@@ -116,7 +119,7 @@ fn chain(text: &mut String, judge: &Judge, point: &SurfacePoint) {
         let chain = Chain::new(Bandwidth::distant(bandwidth))
             .reflect(
                 probe.direction.z.abs(),
-                point.curvature[0],
+                bend.curvature[0],
                 0.0,
                 probe.lobe.min(UNLIMITED),
                 point.cos_exit(),
@@ -132,7 +135,7 @@ fn chain(text: &mut String, judge: &Judge, point: &SurfacePoint) {
             let _ = writeln!(text, "\nthe middle of the first local light:");
             let chain = Chain::new(Bandwidth::local(judge.local_bandwidth))
                 .travel(to.length())
-                .reflect(point.normal.dot(direction).abs(), point.curvature[0], 0.0, rho, point.cos_exit())
+                .reflect(point.normal.dot(direction).abs(), bend.curvature[0], 0.0, rho, point.cos_exit())
                 .travel(point.distance);
             let _ = write!(text, "{chain}");
         }

@@ -1,6 +1,6 @@
 //! Shading from coarse to fine: a pixel is shaded where the picture varies faster than its coarser neighbours tell.
 //!
-//! Level k is the lattice of every 2^k-th pixel of every 2^k-th row. On the coarsest all points are shaded; on each finer
+//! Level k is the lattice of every 2^k-th pixel of every 2^k-th row, the last ones among them. On the coarsest all points are shaded; on each finer
 //! one the points that were there keep their values, and a new one is interpolated from the two or four around it that are
 //! known, unless a pixel within their reach asks for a finer level, or they show something else. Source: `[001]` §3.2:
 //!
@@ -15,9 +15,10 @@
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
-use super::lobes::MOST_SAMPLES;
+use super::parts::Shares;
 use super::predict::{Buffer, COARSEST, FEWEST, Predicted};
 use super::pyramid::MinPyramid;
+use super::samples::MOST_SAMPLES;
 use super::shade::Shader;
 use super::surface::{SurfacePoint, Surfaces};
 
@@ -25,8 +26,10 @@ use super::surface::{SurfacePoint, Surfaces};
 const PLANE: f32 = 0.35;
 /// Least cosine between normals that tell of each other.
 const TURNED: f32 = 0.8;
-/// Least share of the weights that has to remain.
-const REMAINS: f32 = 0.5;
+/// Least share of the weights that has to remain, and where the pixel itself asks for a level coarser still.
+const REMAINS: [f32; 2] = [0.5, 0.2];
+/// Most samples of a pixel for being beside others that have many.
+const BESIDE: u32 = 256;
 /// Weight of the tilt in the exponent, for steps in spacings of the coarser lattice.
 const TILTED: f32 = 1.0;
 /// Bound of the tilt, so that grazing points keep weights at all.
@@ -35,14 +38,15 @@ const MOST_TILTED: f32 = 1.0;
 /// What is known of a lattice point.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Known {
-    pub(super) radiance: Vec3,
+    /// What the parts of its material send.
+    pub(super) shares: Shares,
     /// Samples that it was shaded by; 0 where it was interpolated, or shows no surface.
     pub(super) samples: u16,
     /// Whether it was shaded.
     pub(super) shaded: bool,
 }
 
-/// A picture that was shaded, and what that took.
+/// What was shaded of a picture, before it is composed, and what that took.
 pub(super) struct Shaded {
     pub(super) pixels: Vec<Known>,
     pub(super) rays: u64,
@@ -65,19 +69,25 @@ pub(super) fn shade(shader: &Shader, surfaces: &Surfaces, buffer: &Buffer) -> Sh
     let mut coarser: Vec<Known> = Vec::new();
     for k in (0..=coarsest).rev() {
         let size = 1usize << k;
-        let columns = (width - 1) / size + 1;
-        let rows = (height - 1) / size + 1;
+        let columns = points_along(width, size);
+        let rows = points_along(height, size);
         let mut finer = vec![Known::default(); columns * rows];
         let spacing = 2 * size;
-        let known =
-            Lattice { known: &coarser, columns: (width - 1) / spacing + 1, spacing, surfaces, across, down };
+        let known = Lattice {
+            known: &coarser,
+            columns: points_along(width, spacing),
+            spacing,
+            surfaces,
+            across,
+            down,
+        };
         rays += finer
             .par_chunks_mut(columns)
             .enumerate()
             .map(|(j, row)| {
                 let mut room = shader.room();
                 for (i, out) in row.iter_mut().enumerate() {
-                    let place = [i * size, j * size];
+                    let place = [(i * size).min(width - 1), (j * size).min(height - 1)];
                     let index = place[1] * width + place[0];
                     let point = &surfaces.points[index];
                     if k < coarsest {
@@ -88,23 +98,27 @@ pub(super) fn shade(shader: &Shader, surfaces: &Surfaces, buffer: &Buffer) -> Sh
                         let wanted = pyramid.around(k, i, j);
                         if wanted > k as i8
                             && point.is_there()
-                            && let Some(radiance) = known.between(point, place)
+                            && let Some(shares) = {
+                                let coarser = buffer.pixels[index].level > k as i8 + 1;
+                                known.between(point, place, [i, j], REMAINS[usize::from(coarser)])
+                            }
                         {
-                            *out = Known { radiance, samples: 0, shaded: false };
+                            *out = Known { shares, samples: 0, shaded: false };
                             continue;
                         }
                     }
                     if !point.is_there() {
-                        let radiance = shader.frame.lights.escaped(-point.towards_eye);
-                        *out = Known { radiance, samples: 0, shaded: false };
                         continue;
                     }
-                    // What speaks for many pixels may cost as much as they would.
-                    let fewest = ((FEWEST << (2 * k)) / 4).clamp(FEWEST, MOST_SAMPLES as u32);
-                    let samples = buffer.pixels[index].samples.map(u32::from);
+                    // What speaks for many pixels may cost as much as they would; and what is shaded beside them, because an
+                    // edge is near, must not differ from them.
+                    let predicted = &buffer.pixels[index];
+                    let beside = (FEWEST << (2 * predicted.level.max(0))).min(BESIDE);
+                    let fewest = ((FEWEST << (2 * k)) / 4).clamp(FEWEST, MOST_SAMPLES as u32).max(beside);
+                    let samples = predicted.samples.map(u32::from);
                     let samples = samples.map(|n| if n > 1 { n.max(fewest) } else { n });
-                    let radiance = shader.radiance(point, place.map(|p| p as u32), samples, &mut room);
-                    *out = Known { radiance, samples: (samples[0] + samples[1]) as u16, shaded: true };
+                    let shares = shader.shares(point, place.map(|p| p as u32), samples, &mut room);
+                    *out = Known { shares, samples: (samples[0] + samples[1]) as u16, shaded: true };
                 }
                 room.count
             })
@@ -126,27 +140,57 @@ struct Lattice<'a> {
 }
 
 impl Lattice<'_> {
-    /// The radiance between the points around a pixel; `None` where they do not tell.
-    fn between(&self, point: &SurfacePoint, [x, y]: [usize; 2]) -> Option<Vec3> {
-        let (i, j) = (x / self.spacing, y / self.spacing);
-        let middle = |at: usize| !at.is_multiple_of(self.spacing);
+    /// What is sent between the points around point (i, j) of the finer lattice; `None` where they do not tell.
+    fn between(
+        &self,
+        point: &SurfacePoint,
+        [x, y]: [usize; 2],
+        [i, j]: [usize; 2],
+        least: f32,
+    ) -> Option<Shares> {
         let kernel = Kernel::new(point, self.across, self.down);
-        let (mut sum, mut weights, mut all) = (Vec3::ZERO, 0.0, 0.0);
-        for dj in 0..=usize::from(middle(y)) {
-            for di in 0..=usize::from(middle(x)) {
-                all += 1.0;
-                let (px, py) = ((i + di) * self.spacing, (j + dj) * self.spacing);
-                if px >= self.surfaces.width || py >= self.surfaces.height {
-                    continue;
-                }
+        let (columns, rows) = (Span::new(x, i, self.spacing, self.surfaces.width), {
+            Span::new(y, j, self.spacing, self.surfaces.height)
+        });
+        let (mut sum, mut weights) = (Shares::default(), 0.0);
+        for (dj, &py) in rows.places[..rows.number].iter().enumerate() {
+            for (di, &px) in columns.places[..columns.number].iter().enumerate() {
                 let parent = self.surfaces.at(px, py);
                 let step = Vec2::new(px as f32 - x as f32, py as f32 - y as f32) / self.spacing as f32;
-                let weight = kernel.weight(point, parent, step);
-                sum += weight * self.known[(j + dj) * self.columns + i + di].radiance;
+                let near = columns.near[di] * rows.near[dj];
+                let weight = near * kernel.weight(point, parent, step);
+                let known = &self.known[(j / 2 + dj) * self.columns + i / 2 + di].shares;
+                sum[0] += weight * known[0];
+                sum[1] += weight * known[1];
                 weights += weight;
             }
         }
-        (weights >= REMAINS * all).then(|| sum / weights)
+        (weights >= least).then(|| [sum[0] / weights, sum[1] / weights])
+    }
+}
+
+/// Points of a lattice along a side: one every `size` pixels, and one in the last.
+fn points_along(side: usize, size: usize) -> usize {
+    (side - 1).div_ceil(size) + 1
+}
+
+/// The one or two points of the coarser lattice that a pixel lies between along one axis, and how near each is.
+struct Span {
+    places: [usize; 2],
+    near: [f32; 2],
+    number: usize,
+}
+
+impl Span {
+    /// Of the pixel `at`, which is point `i` of the finer lattice.
+    #[inline]
+    fn new(at: usize, i: usize, spacing: usize, side: usize) -> Self {
+        let places = [(i / 2 * spacing).min(side - 1), ((i / 2 + 1) * spacing).min(side - 1)];
+        if i.is_multiple_of(2) {
+            return Self { places, near: [1.0, 0.0], number: 1 };
+        }
+        let share = (at - places[0]) as f32 / (places[1] - places[0]).max(1) as f32;
+        Self { places, near: [1.0 - share, share], number: 2 }
     }
 }
 

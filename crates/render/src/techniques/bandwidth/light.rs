@@ -15,6 +15,7 @@ use halflight_image::{Plane, RgbImage};
 use halflight_scene::Frame;
 use halflight_scene::lights::{Environment, EnvironmentMap, Lights, luminance};
 
+use super::convolved::{self, Convolved};
 use super::octahedral::Octahedral;
 
 /// Texels along the finest level of the pyramid: 1.6° each.
@@ -36,8 +37,7 @@ pub(super) struct MapTables {
     map: Arc<EnvironmentMap>,
     /// L, L², Lν; the finest first, each half as large as the one before.
     pyramid: Vec<Octahedral>,
-    /// By exponent, from the sharpest lobe to the broadest.
-    convolved: Option<Vec<Octahedral>>,
+    convolved: Option<Convolved>,
 }
 
 /// Tables of the last map that was asked for.
@@ -107,15 +107,18 @@ impl MapTables {
                 let size = ((9.0 * exponent.sqrt()) as usize).max(32).next_multiple_of(8);
                 Octahedral::new(size, |d| levels.radiance(d, level as f32).extend(0.0).to_array())
             };
-            (1..=LEVELS).map(table).collect()
+            // Texels of about the map's own size at the equator.
+            let size = (width / 2).clamp(32, convolved::FINEST).next_multiple_of(8);
+            let itself = Octahedral::new(size, |d| environment.radiance(d).extend(0.0).to_array());
+            Convolved::new(&std::iter::once(itself).chain((1..=LEVELS).map(table)).collect::<Vec<_>>())
         });
         Self { map: Arc::clone(map), pyramid, convolved }
     }
 
     /// Bytes that all tables occupy.
     pub(super) fn memory_bytes(&self) -> usize {
-        let all = self.pyramid.iter().chain(self.convolved.iter().flatten());
-        all.map(Octahedral::memory_bytes).sum()
+        self.pyramid.iter().map(Octahedral::memory_bytes).sum::<usize>()
+            + self.convolved.as_ref().map_or(0, Convolved::memory_bytes)
     }
 }
 
@@ -180,25 +183,9 @@ impl<'a> FrameLight<'a> {
         }
     }
 
-    /// Radiance from a direction in the space of the map, convolved with a lobe of that exponent.
+    /// The convolutions of the map, where they were asked for.
     #[inline]
-    pub(super) fn convolved(&self, environment: &Environment, direction: Vec3, exponent: f32) -> Vec3 {
-        let level = Preconvolved::level_of_exponent(exponent);
-        let Some(levels) = self.tables.as_ref().and_then(|t| t.convolved.as_ref()) else { return Vec3::ZERO };
-        let below = level as usize;
-        let share = level - below as f32;
-        let coarse = || {
-            let [r, g, b, _] = levels[below.min(levels.len() - 1)].between(direction);
-            environment.intensity * Vec3::new(r, g, b)
-        };
-        if below == 0 {
-            // Between the map as it is and its sharpest convolution.
-            let world = self.to_map.transpose() * direction;
-            let sharp = environment.radiance(world);
-            return if share == 0.0 { sharp } else { sharp.lerp(coarse(), share) };
-        }
-        let [r, g, b, _] = levels[below - 1].between(direction);
-        let fine = environment.intensity * Vec3::new(r, g, b);
-        if share == 0.0 { fine } else { fine.lerp(coarse(), share) }
+    pub(super) fn convolved(&self) -> Option<&Convolved> {
+        self.tables.as_ref().and_then(|tables| tables.convolved.as_ref())
     }
 }

@@ -2,44 +2,25 @@
 //! it by which a pixel is judged.
 //!
 //! - **ρ**, [`ReflectanceBandwidth`], of the reflectance with its pictures replaced by their means.
-//! - **Importance samples**, [`ImportanceTable`], kept as half vectors: for the view ω and a sample h the direction is
-//!   2 (ω·h) h − ω with the density p_h/(4 ω·h). A lobe turns twice as fast as the view, a half vector hardly at all, so a
-//!   table of views 2.8° apart serves mirrors' neighbours too.
+//! - **Importance samples**, [`HalfSamples`].
 //! - **Probes**: per view n_b of these samples with f cos θ/p, ρ and the solid angle 1/(n_b p) that each stands for.
 //!
 //! Source: `[001]` §2.3 and §3.3. Cost: 0.2 s for the samples, up to 1 s of processor time for ρ of a sharp lobe.
 
-use std::f32::consts::{FRAC_2_PI, FRAC_PI_2};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use glam::{Vec2, Vec3};
 use halflight_frequency::bandwidth::lobe::phong_exponent;
 use halflight_frequency::bandwidth::{UNLIMITED, lobe};
-use halflight_frequency::importance::{ImportanceTable, TableSize, point};
+use halflight_frequency::importance::point;
 use halflight_frequency::reflectance::{ReflectanceBandwidth, Slices};
 use halflight_material::{Bsdf, Material, MaterialKind, SurfaceInput};
 use halflight_scene::lights::luminance;
 use rayon::prelude::*;
 
-use super::paint::{Paint, paints, without_paint};
-
-/// Elevations of the view.
-const ELEVATIONS: usize = 32;
-/// Samples of a view, of which runs of any length are taken.
-pub(super) const MOST_SAMPLES: usize = 4096;
-const VECTORS: usize = 4;
-
-/// An importance sample by its half vector, for a view in the xz-plane.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct HalfSample {
-    pub(super) half: Vec3,
-    /// Density of the direction times the cosine between half vector and view, per steradian.
-    pub(super) density: f32,
-    /// Reflectance over that density, without the cosine: at the view of the table.
-    pub(super) weight: Vec3,
-    /// The exponent of the Phong lobe that varies as the reflectance does there.
-    pub(super) exponent: f32,
-}
+use super::paint::{Paint, colours, numbers, without_paint};
+use super::parts::{Parts, Split};
+use super::samples::{ELEVATIONS, HalfSamples, MOST_SAMPLES, elevation, table_view};
 
 /// One of the directions by which a pixel is judged, for a view in the xz-plane.
 #[derive(Clone, Copy, Debug)]
@@ -58,7 +39,7 @@ pub(super) struct Probe {
 /// Where shading gets its directions from.
 pub(super) enum Directions {
     /// From tables: isotropic lobes.
-    Table(Vec<HalfSample>),
+    Table(HalfSamples),
     /// From the material itself.
     Own,
     /// There is one: an ideal mirror.
@@ -71,24 +52,15 @@ pub(super) enum Directions {
 pub(super) struct Lobe {
     pub(super) bandwidth: ReflectanceBandwidth,
     pub(super) directions: Directions,
-    /// Whether it is the same everywhere on a surface, so that the weights of its samples are.
-    pub(super) is_even: bool,
+    pub(super) parts: Parts,
+    /// Whether the parts tell of every colour: without, a vertex colour is asked of the material itself.
+    pub(super) is_complete: bool,
     probes: Vec<Probe>,
     count: usize,
-    pub(super) paints: Vec<Paint>,
-}
-
-/// The middle of an elevation of the tables.
-fn view(elevation: usize) -> Vec3 {
-    let theta = (elevation as f32 + 0.5) / ELEVATIONS as f32 * FRAC_PI_2;
-    Vec3::new(theta.sin(), 0.0, theta.cos())
-}
-
-/// The elevation of the tables that a view in the local frame belongs to.
-#[inline]
-fn elevation(cosine: f32) -> usize {
-    let share = cosine.clamp(0.0, 1.0).acos() * FRAC_2_PI;
-    ((share * ELEVATIONS as f32) as usize).min(ELEVATIONS - 1)
+    /// The pictures that change the form of the lobe: they are shaded as finely as they vary.
+    forms: Vec<Paint>,
+    /// The pictures that only colour it, and are multiplied in afterwards.
+    colours: Vec<Paint>,
 }
 
 impl Lobe {
@@ -99,22 +71,36 @@ impl Lobe {
         let bandwidth = reflectance_bandwidth(&plain, &bsdf);
         let is_black = bsdf.albedo() == Vec3::ZERO && bsdf.is_delta_only();
         let grained = matches!(plain.kind, MaterialKind::Conductor { anisotropy, .. } if anisotropy != 0.0);
+        let Split { parts, is_complete } = Split::new(&plain);
+        let colours = colours(material);
         let directions = if is_black {
             Directions::None
         } else if bsdf.is_delta_only() && !bsdf.transmits() && !varies {
             Directions::Single
-        } else if bsdf.is_delta_only() || bsdf.transmits() || material.opacity.is_some() || varies || grained
+        } else if bsdf.is_delta_only()
+            || bsdf.transmits()
+            || material.opacity.is_some()
+            || varies
+            || grained
+            || !is_complete && !colours.is_empty()
         {
             Directions::Own
         } else {
-            Directions::Table(half_samples(&bsdf, &bandwidth))
+            Directions::Table(HalfSamples::new(&bsdf, &parts, &bandwidth))
         };
         let probes = (0..ELEVATIONS)
             .flat_map(|e| (0..count).map(move |i| (e, i)))
             .map(|(e, i)| probe(&bsdf, &bandwidth, &directions, e, i, count))
             .collect();
-        let paints = paints(material);
-        Self { bandwidth, directions, is_even: paints.is_empty(), probes, count, paints }
+        let mut forms = numbers(material);
+        // What is not taken apart is shaded with its pictures.
+        let (parts, colours) = if matches!(directions, Directions::Table(_)) {
+            (parts, colours)
+        } else {
+            forms.extend(colours);
+            (Parts::Whole(Box::new(plain)), Vec::new())
+        };
+        Self { bandwidth, directions, parts, is_complete, probes, count, forms, colours }
     }
 
     /// The probes for a view with this cosine.
@@ -124,69 +110,26 @@ impl Lobe {
         &self.probes[start..start + self.count]
     }
 
-    /// Cycles per pixel of the pictures on it.
-    pub(super) fn painted(&self, uv: Vec2, across: Vec2, along: Vec2) -> f32 {
-        self.paints.iter().map(|paint| paint.per_pixel(uv, across, along)).fold(0.0, f32::max)
+    /// Whether there are pictures on it.
+    #[inline]
+    pub(super) fn is_painted(&self) -> bool {
+        !(self.forms.is_empty() && self.colours.is_empty())
+    }
+
+    /// Cycles per pixel of the pictures on it: of those that are shaded, and of those that are multiplied in afterwards.
+    pub(super) fn painted(&self, uv: Vec2, across: Vec2, along: Vec2) -> [f32; 2] {
+        [&self.forms, &self.colours]
+            .map(|paints| paints.iter().map(|paint| paint.per_pixel(uv, across, along)).fold(0.0, f32::max))
     }
 
     /// Bytes that it occupies.
     pub(super) fn memory_bytes(&self) -> usize {
         let samples = match &self.directions {
-            Directions::Table(samples) => size_of_val(samples.as_slice()),
+            Directions::Table(samples) => samples.memory_bytes(),
             _ => 0,
         };
         samples + size_of_val(self.probes.as_slice()) + size_of_val(self.bandwidth.values())
     }
-}
-
-/// The elevation of the tables below a view and how far it lies towards the one above.
-#[inline]
-pub(super) fn elevations(cosine: f32) -> (usize, f32) {
-    let at = (cosine.clamp(0.0, 1.0).acos() * FRAC_2_PI * ELEVATIONS as f32 - 0.5)
-        .clamp(0.0, (ELEVATIONS - 1) as f32);
-    let below = (at as usize).min(ELEVATIONS - 2);
-    (below, at - below as f32)
-}
-
-/// `number` samples for a view at this elevation; `which` chooses among runs of them. A run begins at a multiple of the power
-/// of two that holds it, so that it is as well distributed as the sequence allows.
-#[inline]
-pub(super) fn run(samples: &[HalfSample], elevation: usize, number: usize, which: u32) -> &[HalfSample] {
-    let number = number.clamp(1, MOST_SAMPLES);
-    let block = number.next_power_of_two();
-    let start = elevation * MOST_SAMPLES + (which as usize % (MOST_SAMPLES / block)) * block;
-    &samples[start..start + number]
-}
-
-fn half_samples(bsdf: &Bsdf, bandwidth: &ReflectanceBandwidth) -> Vec<HalfSample> {
-    let size = TableSize {
-        elevations: ELEVATIONS,
-        azimuths: 1,
-        vectors: VECTORS,
-        samples: MOST_SAMPLES / VECTORS,
-        ..TableSize::default()
-    };
-    let table = ImportanceTable::new(|view, light| luminance(bsdf.eval(view, light)), size);
-    let of_view = |e: usize| {
-        let view = view(e);
-        let half = |vector: usize| {
-            let samples = table.vector(view, vector).samples;
-            samples.iter().map(move |sample| {
-                let half = (sample.direction + view).normalize_or(Vec3::Z);
-                let density = sample.pdf * half.dot(view);
-                let weight = bsdf.eval(view, sample.direction) / (sample.direction.z * density);
-                let exponent = phong_exponent(bandwidth.at(sample.direction, view));
-                HalfSample {
-                    half,
-                    density,
-                    weight: if weight.is_finite() { weight } else { Vec3::ZERO },
-                    exponent,
-                }
-            })
-        };
-        (0..VECTORS).flat_map(half).collect::<Vec<_>>()
-    };
-    (0..ELEVATIONS).flat_map(of_view).collect()
 }
 
 fn probe(
@@ -197,12 +140,12 @@ fn probe(
     index: usize,
     count: usize,
 ) -> Probe {
-    let view = view(elevation);
+    let view = table_view(elevation);
     let (direction, gain, pdf, delta) = match directions {
         Directions::Table(samples) => {
             // A block that begins in the last vector: shading takes others as a rule.
             let start = MOST_SAMPLES - count.next_power_of_two();
-            let HalfSample { half, density, .. } = samples[elevation * MOST_SAMPLES + start + index];
+            let (half, density) = samples.half(elevation * MOST_SAMPLES + start + index);
             let along = half.dot(view);
             let direction = 2.0 * along * half - view;
             let pdf = density / along;
@@ -240,7 +183,6 @@ fn reflectance_bandwidth(material: &Material, bsdf: &Bsdf) -> ReflectanceBandwid
         }
     }
 }
-
 /// Materials that were analysed, so that frames share them.
 #[derive(Default)]
 pub(super) struct LobeCache(Mutex<Vec<(Arc<Material>, Arc<Lobe>)>>);

@@ -9,35 +9,40 @@
 //! | file | what it does |
 //! |---|---|
 //! | `surface`, `curvature` | what each pixel shows |
-//! | `light`, `octahedral` | the light of a frame |
-//! | `lobes`, `paint` | materials: bandwidth, importance samples, pictures on them |
+//! | `light`, `octahedral`, `convolved` | the light of a frame |
+//! | `lobes`, `samples`, `parts`, `paint` | materials: bandwidth, importance samples, what pictures paint on them |
 //! | `predict`, `pyramid` | the bandwidth buffer |
 //! | `hierarchy` | which pixels are shaded |
-//! | `shade` | the radiance of one |
+//! | `shade`, `gather` | the light of one |
 //! | `antialias` | edges and what varies within a pixel |
 //! | `explain` | the chain of one pixel, in words |
 //!
 //! Source: seed \[001\] (Bagher et al. 2013), corrected as `docs/errata.md` says. Costs: `halflight bench bandwidth`.
 
 mod antialias;
+mod convolved;
 mod curvature;
 mod explain;
+mod gather;
 mod hierarchy;
 mod light;
 mod lobes;
 mod octahedral;
 mod paint;
+mod parts;
 mod predict;
 mod pyramid;
+mod samples;
 mod settings;
 mod shade;
 mod surface;
 #[cfg(test)]
 mod tests;
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
-use glam::Vec2;
+use glam::{Vec2, Vec3};
+use halflight_scene::lights::{MANY, MapPoint};
 use halflight_scene::{Frame, Scene};
 use rayon::prelude::*;
 
@@ -51,7 +56,7 @@ use light::{FrameLight, LightCache};
 use lobes::{Lobe, LobeCache};
 use predict::{Buffer, Judge};
 use shade::Shader;
-use surface::Surfaces;
+use surface::{SurfacePoint, Surfaces};
 
 /// Most looks at a picture.
 const MAX_LOOKS: u32 = 1 << 16;
@@ -62,10 +67,13 @@ pub struct BandwidthTechnique {
     settings: BandwidthSettings,
     lobes: LobeCache,
     light: LightCache,
+    /// The points of the last picture, whose memory serves the next.
+    room: Mutex<Vec<SurfacePoint>>,
 }
 
 /// One look at a picture.
 struct Look {
+    picture: Vec<Vec3>,
     shaded: Shaded,
     /// Absent where every pixel is shaded.
     buffer: Option<Buffer>,
@@ -102,34 +110,61 @@ impl BandwidthTechnique {
     /// One picture through the point `offset` of its pixels.
     fn look(&self, shader: &Shader, size: [usize; 2], offset: Vec2, stages: &mut Stages) -> Look {
         let frame = shader.frame;
-        let mut surfaces = stages.time("g-buffer", || Surfaces::look(frame, size[0], size[1], offset));
-        let covered = surfaces.points.par_iter().filter(|p| p.is_there()).count();
-        if self.settings.is_exhaustive() {
+        let room = std::mem::take(&mut *self.room.lock().unwrap_or_else(PoisonError::into_inner));
+        let surfaces = stages.time("g-buffer", || Surfaces::look(frame, size, offset, room));
+        let covered = surfaces.points.par_iter().with_min_len(4096).filter(|p| p.is_there()).count();
+        let mut look = if self.settings.is_exhaustive() {
             let shaded = stages.time("shading", || shade_all(shader, &surfaces));
-            return Look { shaded, buffer: None, covered, finer: 0 };
-        }
-        let buffer = stages.time("bandwidth", || {
-            curvature::measure(&mut surfaces, |point, across, along| {
-                shader.lobes[point.material as usize].painted(point.uv, across, along)
+            Look { picture: Vec::new(), shaded, buffer: None, covered, finer: 0 }
+        } else {
+            let buffer = stages.time("bandwidth", || {
+                Buffer::new(&Judge::new(frame, shader.light, shader.lobes, &self.settings, size), &surfaces)
             });
-            let judge = Judge::new(frame, shader.light, shader.lobes, &self.settings, size);
-            Buffer::new(&judge, &surfaces)
-        });
-        let mut shaded = stages.time("shading", || hierarchy::shade(shader, &surfaces, &buffer));
+            let shaded = stages.time("shading", || hierarchy::shade(shader, &surfaces, &buffer));
+            Look { picture: Vec::new(), shaded, buffer: Some(buffer), covered, finer: 0 }
+        };
+        look.picture = stages.time("composing", || composed(shader, &surfaces, &look.shaded));
         let side = match self.settings.antialias {
             Antialias::One => 1,
             Antialias::Four => 2,
             Antialias::Sixteen => 4,
         };
-        let finer = if side > 1 {
-            stages.time("antialiasing", || {
-                antialias::refine(shader, &surfaces, &buffer, &mut shaded, side, offset)
-            })
-        } else {
-            0
-        };
-        Look { shaded, buffer: Some(buffer), covered, finer }
+        if let Some(buffer) = look.buffer.as_ref().filter(|_| side > 1) {
+            let pixels = (&mut look.shaded, look.picture.as_mut_slice());
+            look.finer = stages
+                .time("antialiasing", || antialias::refine(shader, &surfaces, buffer, pixels, side, offset));
+        }
+        *self.room.lock().unwrap_or_else(PoisonError::into_inner) = surfaces.points;
+        look
     }
+}
+
+/// The radiance of every pixel, of what the parts of its material send.
+fn composed(shader: &Shader, surfaces: &Surfaces, shaded: &Shaded) -> Vec<Vec3> {
+    let mut picture = vec![Vec3::ZERO; surfaces.points.len()];
+    let pieces = picture.par_chunks_mut(MANY).enumerate();
+    pieces.with_min_len(64).for_each(|(piece, out)| {
+        let first = piece * MANY;
+        let (mut away, mut places, mut many) = ([Vec3::Y; MANY], [0u8; MANY], 0);
+        for (i, out) in out.iter_mut().enumerate() {
+            let point = &surfaces.points[first + i];
+            if point.is_there() {
+                *out = shader.composed(point, shaded.pixels[first + i].shares);
+            } else {
+                (away[many], places[many]) = (-point.towards_eye, i as u8);
+                many += 1;
+            }
+        }
+        if let Some(environment) = shader.light.environment.filter(|_| many > 0) {
+            let (mut met, mut radiance) = ([MapPoint::default(); MANY], [Vec3::ZERO; MANY]);
+            environment.locate_many(shader.frame.world.simd(), &away, many, &mut met);
+            environment.radiance_many(shader.frame.world.simd(), &met, many, &mut radiance);
+            for (&i, radiance) in places[..many].iter().zip(&radiance) {
+                out[usize::from(i)] = *radiance;
+            }
+        }
+    });
+    picture
 }
 
 /// Shades every pixel by the same number of samples.
@@ -143,14 +178,11 @@ fn shade_all(shader: &Shader, surfaces: &Surfaces) -> Shaded {
             let mut room = shader.room();
             for (x, out) in row.iter_mut().enumerate() {
                 let point = surfaces.at(x, y);
-                *out = if point.is_there() {
+                if point.is_there() {
                     let place = [x as u32, y as u32];
-                    let radiance = shader.radiance(point, place, [number, number], &mut room);
-                    Known { radiance, samples: number.min(u32::from(u16::MAX)) as u16, shaded: true }
-                } else {
-                    let radiance = shader.frame.lights.escaped(-point.towards_eye);
-                    Known { radiance, samples: 0, shaded: false }
-                };
+                    let shares = shader.shares(point, place, [number, number], &mut room);
+                    *out = Known { shares, samples: number.min(u32::from(u16::MAX)) as u16, shaded: true };
+                }
             }
             room.count
         })
@@ -194,7 +226,8 @@ impl Technique for BandwidthTechnique {
                 let seed = budget.seed.wrapping_add(u64::from(sample) << 40);
                 let shader = Shader { frame, light: &light, lobes: &lobes, settings: &self.settings, seed };
                 let look = self.look(&shader, size, offset, stages);
-                let picture = look.shaded.pixels.iter().map(|p| p.radiance).collect();
+                let mut look = look;
+                let picture = std::mem::take(&mut look.picture);
                 let rays = (size[0] * size[1]) as u64 + look.shaded.rays;
                 last = Some(look);
                 (picture, rays)

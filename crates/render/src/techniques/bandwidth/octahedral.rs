@@ -56,6 +56,7 @@ impl Octahedral {
     }
 
     /// Between the four texels around a direction.
+    #[cfg(test)]
     #[inline(always)]
     pub(super) fn between(&self, direction: Vec3) -> [f32; 4] {
         let at = encode(direction) * self.size as f32 + Vec2::splat(0.5);
@@ -79,6 +80,11 @@ impl Octahedral {
         let last = self.size - 1;
         let (x, y) = ((at.x as usize).min(last), (at.y as usize).min(last));
         self.texels[(y + 1) * (self.size + 2) + x + 1]
+    }
+
+    /// All texels with the border, rows of [`Self::size`] + 2.
+    pub(super) fn texels(&self) -> &[[f32; 4]] {
+        &self.texels
     }
 
     /// Texels along the square.

@@ -47,49 +47,49 @@ impl Paint {
     }
 }
 
-/// The pictures that a material's lobe is made of.
-pub(super) fn paints(material: &Material) -> Vec<Paint> {
-    let mut paints = Vec::new();
-    let mut color = |input: &ColorInput| {
-        if let ColorInput::Textured { texture, factor } = input {
-            let factor = *factor;
-            paints.push(Paint::new(texture, |texel| luminance(texel * factor)));
+/// The pictures that colour a material.
+pub(super) fn colours(material: &Material) -> Vec<Paint> {
+    let inputs: Vec<&ColorInput> = match &material.kind {
+        MaterialKind::Black | MaterialKind::Measured(_) => Vec::new(),
+        MaterialKind::Diffuse { albedo } => vec![albedo],
+        MaterialKind::Phong { diffuse, specular, .. } => vec![diffuse, specular],
+        MaterialKind::Conductor { color, .. } => match color {
+            ConductorColor::Normal(input) | ConductorColor::Constant(input) => vec![input],
+            ConductorColor::Complex { .. } => Vec::new(),
+        },
+        MaterialKind::Dielectric { tint, .. } => vec![tint],
+        MaterialKind::MetallicRoughness { base_color, .. } => vec![base_color],
+    };
+    let paint = |input: &ColorInput| match input {
+        ColorInput::Textured { texture, factor } => {
+            Some(Paint::new(texture, |texel| luminance(texel * *factor)))
+        }
+        ColorInput::Constant(_) => None,
+    };
+    inputs.into_iter().filter_map(paint).collect()
+}
+
+/// The pictures that change the form of its lobe, or where it is.
+pub(super) fn numbers(material: &Material) -> Vec<Paint> {
+    let mut inputs: Vec<&ScalarInput> = match &material.kind {
+        MaterialKind::Black | MaterialKind::Measured(_) | MaterialKind::Diffuse { .. } => Vec::new(),
+        MaterialKind::Phong { exponent, .. } => vec![exponent],
+        MaterialKind::Conductor { roughness, .. } | MaterialKind::Dielectric { roughness, .. } => {
+            vec![roughness]
+        }
+        MaterialKind::MetallicRoughness { metallic, roughness, transmission, .. } => {
+            vec![metallic, roughness, transmission]
         }
     };
-    let mut scalars: Vec<&ScalarInput> = Vec::new();
-    match &material.kind {
-        MaterialKind::Black | MaterialKind::Measured(_) => {}
-        MaterialKind::Diffuse { albedo } => color(albedo),
-        MaterialKind::Phong { diffuse, specular, exponent } => {
-            color(diffuse);
-            color(specular);
-            scalars.push(exponent);
-        }
-        MaterialKind::Conductor { color: metal, roughness, .. } => {
-            if let ConductorColor::Normal(input) | ConductorColor::Constant(input) = metal {
-                color(input);
-            }
-            scalars.push(roughness);
-        }
-        MaterialKind::Dielectric { roughness, tint, .. } => {
-            color(tint);
-            scalars.push(roughness);
-        }
-        MaterialKind::MetallicRoughness { base_color, metallic, roughness, transmission, .. } => {
-            color(base_color);
-            scalars.extend([metallic, roughness, transmission]);
-        }
-    }
-    if let Some(opacity) = &material.opacity {
-        scalars.push(&opacity.amount);
-    }
-    for input in scalars {
-        if let ScalarInput::Textured { texture, channel, .. } = input {
+    inputs.extend(material.opacity.as_ref().map(|opacity| &opacity.amount));
+    let paint = |input: &ScalarInput| match input {
+        ScalarInput::Textured { texture, channel, .. } => {
             let channel = (*channel).min(2);
-            paints.push(Paint::new(texture, |texel| texel[channel]));
+            Some(Paint::new(texture, |texel| texel[channel]))
         }
-    }
-    paints
+        ScalarInput::Constant(_) => None,
+    };
+    inputs.into_iter().filter_map(paint).collect()
 }
 
 /// The material with every picture replaced by its mean; and whether the form of its lobe, not just its colour, varied.

@@ -1,18 +1,18 @@
 //! The bandwidth buffer: before anything is shaded, how fast the picture varies at each pixel and how noisy it will be.
 //!
 //! ```text
-//! ν = Σ λ_i min(ν_i, ρ_i)/Σ λ_i          over n_b directions of the lobe, λ = L f cos θ/p        [001] eq. (5)
+//! ν = Σ λ_i (ν_i⁻² + ρ_i⁻²)^(-1/2)/Σ λ_i   over n_b directions of the lobe, λ = L f cos θ/p        [001] eq. (5)
 //! b = ν |2 c d'/cos θ + 1| · roundness · pixel angle + texture                                   eq. (4), (6), corrected
 //! V = Var λ/p, N = V/(target · mean)²                                                            §2.4
 //! ```
 //!
 //! The sums over directions vary slowly: they are judged at every fourth pixel of every fourth row, and a pixel takes the
 //! largest of those judgements around it that are of its own object and material, or makes its own. Curvature, distance,
-//! angle and texture are the pixel's own. For distant light one mean of min(ν, ρ) serves all of them, as the rest of the
+//! angle and texture are the pixel's own. For distant light one mean serves all of them, as the rest of the
 //! chain is the same for all directions.
 //!
 //! The variance is that of importance sampling as the directions tell it, where L² is the mean over what a direction
-//! stands for: a sun between the directions counts. It is an estimate, not a bound.
+//! stands for: a sun between the directions counts. What is told as the pixel's variance is twice that estimate.
 
 use std::sync::Arc;
 
@@ -23,26 +23,32 @@ use halflight_scene::Frame;
 use halflight_scene::lights::{Arrival, DeltaLight, luminance};
 use rayon::prelude::*;
 
+use super::curvature::{self, Bend};
 use super::light::FrameLight;
-use super::lobes::{Directions, Lobe, MOST_SAMPLES};
+use super::lobes::{Directions, Lobe};
+use super::samples::{GROUP, MOST_SAMPLES};
 use super::settings::{BandwidthSettings, Mode};
 use super::surface::{SurfacePoint, Surfaces};
 
 /// Pixels between judgements, along each axis.
 const STRIDE: usize = 4;
+/// Least cosine between normals that are judged alike.
+const ALIKE: f32 = 0.5;
 /// Points of local lights by which a pixel is judged, at most.
 const LOCAL: u32 = 8;
 /// Coarsest level: one pixel in 256 is shaded at least.
 pub(super) const COARSEST: i32 = 4;
 /// Fewest and most samples of each kind of light.
-pub(super) const FEWEST: u32 = 16;
+pub(super) const FEWEST: u32 = GROUP as u32;
 /// A pixel darker than this share of the mean needs no smaller error than one that has it.
 const DARK: f32 = 0.1;
 /// At an error of 4 % pixels are shaded this much more densely than Nyquist's rate: what lies between is interpolated
 /// linearly, which needs more than a sinc does. Chosen by `halflight bench bandwidth`.
 const DENSITY: f32 = 1.5;
 /// Light that was convolved with the gaps between samples has hardly any noise that their even distribution leaves.
-const STRATIFIED: f32 = 0.25;
+const STRATIFIED: f32 = 0.16;
+/// The variance that is told is so many times what the directions tell, as they are few and neighbours of what they mean.
+const CAUTION: f32 = 2.0;
 /// The error at which it is that.
 const DENSITY_ERROR: f32 = 0.04;
 
@@ -53,8 +59,10 @@ pub(super) struct Judgement {
     pub(super) mean: [f32; 2],
     /// Variance of one sample of each.
     pub(super) variance: [f32; 2],
-    /// Mean of min(ν, ρ), cycles per radian.
+    /// Mean of what the lobe passes of ν, cycles per radian.
     pub(super) limited: f32,
+    /// The variances over the squares of the means.
+    pub(super) relative: [f32; 2],
     /// ν_a at the eye from local lights, with the curvature of that place, cycles per radian.
     pub(super) local: f32,
 }
@@ -64,12 +72,14 @@ pub(super) struct Judgement {
 pub(super) struct Predicted {
     /// Cycles per pixel.
     pub(super) bandwidth: f32,
-    /// Variance of one sample over the squared mean, both lights together.
+    /// Cautious variance of one sample over the squared mean, both lights together.
     pub(super) variance: f32,
     /// Samples of the environment and of local lights.
     pub(super) samples: [u16; 2],
-    /// Level of the pyramid, 0 the picture itself, −1 and −2 below.
+    /// Level of the pyramid at which light asks for shading, 0 the picture itself, −1 and −2 below.
     pub(super) level: i8,
+    /// The same with the pictures that are multiplied in afterwards: how finely the pixel itself is to be looked at.
+    pub(super) detail: i8,
 }
 
 /// What a judge needs to know.
@@ -104,17 +114,14 @@ impl<'a> Judge<'a> {
     }
 
     /// The surface and the way to the eye, without the texture.
-    pub(super) fn exit(point: &SurfacePoint) -> Exit {
-        Exit {
-            curvature: point.curvature[0],
-            distance: point.distance,
-            cos_exit: point.cos_exit(),
-            texture: 0.0,
-        }
+    pub(super) fn exit(point: &SurfacePoint, bend: &Bend) -> Exit {
+        let (curvature, distance) = (bend.curvature[0], point.distance);
+        Exit { curvature, distance, cos_exit: point.cos_exit(), texture: 0.0 }
     }
 
-    /// Judges a point by n_b directions to the environment and a few to local lights.
-    pub(super) fn judge(&self, point: &SurfacePoint) -> Judgement {
+    /// Judges what a pixel shows by n_b directions to the environment and a few to local lights.
+    pub(super) fn judge(&self, surfaces: &Surfaces, pixel: [usize; 2]) -> Judgement {
+        let point = surfaces.at(pixel[0], pixel[1]);
         let mut judged = Judgement::default();
         let lobe = &self.lobes[point.material as usize];
         let filtered = self.settings.mode == Mode::Preconvolved;
@@ -136,20 +143,25 @@ impl<'a> Judge<'a> {
                 first += weight;
                 second +=
                     gain * gain * if filtered { brought.mean * brought.mean } else { brought.mean_square };
-                limited += weight * brought.bandwidth.min(probe.lobe);
+                limited += weight * passed(brought.bandwidth, probe.lobe);
             }
             judged.mean[0] = first / probes.len() as f32;
             judged.variance[0] = variance(first, second, probes.len());
             judged.limited = if first > 0.0 { limited / first } else { 0.0 };
         }
         if self.light.has_local() && !matches!(lobe.directions, Directions::Single | Directions::None) {
-            self.judge_local(point, lobe, &mut judged);
+            let bend = curvature::measure(surfaces, lobe, pixel);
+            self.judge_local(point, &bend, lobe, &mut judged);
         }
+        judged.relative = std::array::from_fn(|kind| {
+            let mean = judged.mean[kind];
+            (judged.variance[kind] / (mean * mean).max(f32::MIN_POSITIVE)).min(f32::MAX)
+        });
         judged
     }
 
-    fn judge_local(&self, point: &SurfacePoint, lobe: &Lobe, judged: &mut Judgement) {
-        let exit = Self::exit(point);
+    fn judge_local(&self, point: &SurfacePoint, bend: &Bend, lobe: &Lobe, judged: &mut Judgement) {
+        let exit = Self::exit(point, bend);
         let bsdf = point.bsdf(self.frame);
         let (axes, mut view) = (point.axes(), point.view());
         view.z *= point.side;
@@ -186,18 +198,26 @@ impl<'a> Judge<'a> {
     }
 
     /// What a judgement means for a pixel. `floor` is the luminance below which errors are not relative.
-    pub(super) fn predict(&self, point: &SurfacePoint, judged: &Judgement, floor: f32) -> Predicted {
+    pub(super) fn predict(
+        &self,
+        point: &SurfacePoint,
+        bend: &Bend,
+        judged: &Judgement,
+        floor: f32,
+    ) -> Predicted {
         let lobe = &self.lobes[point.material as usize];
         let filtered = self.settings.mode == Mode::Preconvolved;
-        let exit = Self::exit(point);
-        let stretched = exit.magnification().abs() * exit.roundness(point.curvature[1]);
+        let exit = Self::exit(point, bend);
+        let stretched = exit.magnification().abs() * exit.roundness(bend.curvature[1]);
         let total = judged.mean[0] + judged.mean[1];
         let share = if total > 0.0 { judged.mean[1] / total } else { 0.0 };
         let angular = (1.0 - share) * judged.limited * stretched + share * judged.local;
-        let bandwidth = (angular * self.pixel_angle + point.texture).min(UNLIMITED);
+        let lit = angular * self.pixel_angle + bend.pictures[0];
+        let bandwidth = (lit + bend.pictures[1]).min(UNLIMITED);
         let target = self.settings.target_error();
         let density = DENSITY * (DENSITY_ERROR / target).sqrt();
-        let level = pixel::level(bandwidth * density, -2, COARSEST) as i8;
+        let level = pixel::level(lit.min(UNLIMITED) * density, -2, COARSEST) as i8;
+        let detail = pixel::level(bandwidth * density, -2, COARSEST) as i8;
         let error = target * total.max(floor);
         // Two lights share the error; each has half of its square.
         let parts = if judged.mean[0] > 0.0 && judged.mean[1] > 0.0 { 2.0 } else { 1.0 };
@@ -205,7 +225,8 @@ impl<'a> Judge<'a> {
             let number = parts * judged.variance[kind] / (error * error)
                 * if filtered && kind == 0 { STRATIFIED } else { 1.0 };
             // Converting saturates, NaN becomes 0.
-            (number.ceil() as u32).clamp(FEWEST, MOST_SAMPLES as u32) as u16
+            let whole = (number.ceil() as u32).clamp(FEWEST, MOST_SAMPLES as u32);
+            whole.next_multiple_of(FEWEST) as u16
         };
         let samples = match lobe.directions {
             Directions::None => [0, 0],
@@ -216,9 +237,19 @@ impl<'a> Judge<'a> {
             ],
         };
         let square = total.max(floor) * total.max(floor);
-        let variance = if square > 0.0 { (judged.variance[0] + judged.variance[1]) / square } else { 0.0 };
-        Predicted { bandwidth, variance, samples, level }
+        let variance =
+            if square > 0.0 { CAUTION * (judged.variance[0] + judged.variance[1]) / square } else { 0.0 };
+        Predicted { bandwidth, variance, samples, level, detail }
     }
+}
+
+/// The bandwidth of light of one bandwidth after a lobe of another: both spectra multiply, and of Gaussians the product has
+/// 1/√(1/a² + 1/b²). The seed's min(a, b) is up to √2 more.
+#[inline]
+fn passed(light: f32, lobe: f32) -> f32 {
+    let (less, more) = (light.min(lobe), light.max(lobe));
+    let ratio = if more > 0.0 { less / more } else { 0.0 };
+    less / (1.0 + ratio * ratio).sqrt()
 }
 
 /// The variance of one of `count` values, from their sum and that of their squares.
@@ -232,7 +263,7 @@ fn variance(sum: f32, squares: f32, count: usize) -> f32 {
 /// The axes turned about the normal so that the view, given in them, lies in the plane of the first and the third.
 #[inline]
 pub(super) fn turned([x, y, z]: [Vec3; 3], view: Vec3) -> [Vec3; 3] {
-    let across = view.x.hypot(view.y);
+    let across = (view.x * view.x + view.y * view.y).sqrt();
     if across < 1e-6 {
         return [x, y, z];
     }
@@ -277,39 +308,90 @@ impl Buffer {
         let (width, height) = (surfaces.width, surfaces.height);
         let columns = (width - 1) / STRIDE + 2;
         let rows = (height - 1) / STRIDE + 2;
-        let place = |i: usize, end: usize| (i * STRIDE).min(end - 1);
         let lattice: Vec<Judgement> = (0..columns * rows)
             .into_par_iter()
             .with_min_len(columns)
             .map(|i| {
-                let point = surfaces.at(place(i % columns, width), place(i / columns, height));
-                if point.is_there() { judge.judge(point) } else { Judgement::default() }
+                let pixel = [place(i % columns, width), place(i / columns, height)];
+                if surfaces.at(pixel[0], pixel[1]).is_there() {
+                    judge.judge(surfaces, pixel)
+                } else {
+                    Judgement::default()
+                }
             })
             .collect();
         let floor = DARK * mean(&lattice);
         let lattice = widened(&lattice, surfaces, columns);
         let mut pixels = vec![Predicted::default(); width * height];
-        pixels.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
-            let line = y / STRIDE;
-            for (x, predicted) in row.iter_mut().enumerate() {
-                let point = surfaces.at(x, y);
-                if !point.is_there() {
-                    continue;
-                }
-                let column = x / STRIDE;
-                let mut judged: Option<Judgement> = None;
-                for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
-                    let at = surfaces.at(place(column + dx, width), place(line + dy, height));
-                    if at.is_of(point) && at.normal.dot(point.normal) > 0.5 {
-                        let other = &lattice[(line + dy) * columns + column + dx];
-                        judged = Some(judged.map_or(*other, |known| larger(&known, other)));
+        pixels.par_chunks_mut(width * STRIDE).enumerate().for_each(|(line, band)| {
+            for column in 0..columns - 1 {
+                let cell = Cell::new(surfaces, &lattice, columns, [column, line]);
+                for (dy, row) in band.chunks_mut(width).enumerate() {
+                    let left = column * STRIDE;
+                    for (dx, predicted) in
+                        row[left.min(width)..(left + STRIDE).min(width)].iter_mut().enumerate()
+                    {
+                        let pixel = [left + dx, line * STRIDE + dy];
+                        let point = surfaces.at(pixel[0], pixel[1]);
+                        if point.is_there() {
+                            let judged = cell.of(point).unwrap_or_else(|| judge.judge(surfaces, pixel));
+                            let lobe = &judge.lobes[point.material as usize];
+                            let bend = curvature::measure(surfaces, lobe, pixel);
+                            *predicted = judge.predict(point, &bend, &judged, floor);
+                        }
                     }
                 }
-                let judged = judged.unwrap_or_else(|| judge.judge(point));
-                *predicted = judge.predict(point, &judged, floor);
             }
         });
         Self { pixels }
+    }
+}
+
+/// The pixel of point `i` of the lattice of judgements, along a side of so many.
+fn place(i: usize, side: usize) -> usize {
+    (i * STRIDE).min(side - 1)
+}
+
+/// Four judgements, and the pixels between them.
+struct Cell<'a> {
+    corners: [(&'a SurfacePoint, &'a Judgement); 4],
+    /// The most demanding of the four, if all are of one thing.
+    common: Option<Judgement>,
+}
+
+impl<'a> Cell<'a> {
+    fn new(
+        surfaces: &'a Surfaces,
+        lattice: &'a [Judgement],
+        columns: usize,
+        [column, line]: [usize; 2],
+    ) -> Self {
+        let corner = |dx: usize, dy: usize| {
+            let point = surfaces.at(place(column + dx, surfaces.width), place(line + dy, surfaces.height));
+            (point, &lattice[(line + dy) * columns + column + dx])
+        };
+        let corners = [corner(0, 0), corner(1, 0), corner(0, 1), corner(1, 1)];
+        let first = corners[0].0;
+        let alike = first.is_there() && corners[1..].iter().all(|(point, _)| point.is_of(first));
+        let common = alike.then(|| {
+            let [a, b, c, d] = corners.map(|(_, judged)| judged);
+            larger(&larger(a, b), &larger(c, d))
+        });
+        Self { corners, common }
+    }
+
+    /// The most demanding judgement around a pixel that is of its own surface.
+    #[inline]
+    fn of(&self, point: &SurfacePoint) -> Option<Judgement> {
+        let near = |corner: &SurfacePoint| corner.is_of(point) && corner.normal.dot(point.normal) > ALIKE;
+        if self.common.is_some() && self.corners.iter().all(|(corner, _)| near(corner)) {
+            return self.common;
+        }
+        let mut judged: Option<Judgement> = None;
+        for (_, other) in self.corners.iter().filter(|(corner, _)| near(corner)) {
+            judged = Some(judged.map_or(**other, |known| larger(&known, other)));
+        }
+        judged
     }
 }
 
@@ -317,7 +399,6 @@ impl Buffer {
 /// what their neighbours' do not.
 fn widened(lattice: &[Judgement], surfaces: &Surfaces, columns: usize) -> Vec<Judgement> {
     let rows = lattice.len() / columns;
-    let place = |i: usize, end: usize| (i * STRIDE).min(end - 1);
     let at = |i: usize| surfaces.at(place(i % columns, surfaces.width), place(i / columns, surfaces.height));
     let widen = |i: usize| {
         let mut judged = lattice[i];
@@ -330,7 +411,12 @@ fn widened(lattice: &[Judgement], surfaces: &Surfaces, columns: usize) -> Vec<Ju
                 let other = row * columns + column;
                 if at(other).is_of(at(i)) {
                     let wider = larger(&judged, &lattice[other]);
-                    judged = Judgement { mean: wider.mean, variance: wider.variance, ..judged };
+                    judged = Judgement {
+                        mean: wider.mean,
+                        variance: wider.variance,
+                        relative: wider.relative,
+                        ..judged
+                    };
                 }
             }
         }
@@ -341,13 +427,12 @@ fn widened(lattice: &[Judgement], surfaces: &Surfaces, columns: usize) -> Vec<Ju
 
 /// The more demanding of two judgements.
 fn larger(a: &Judgement, b: &Judgement) -> Judgement {
-    let relative =
-        |j: &Judgement, kind: usize| j.variance[kind] / (j.mean[kind] * j.mean[kind]).max(f32::MIN_POSITIVE);
-    let pick = |kind: usize| if relative(a, kind) > relative(b, kind) { a } else { b };
+    let pick = |kind: usize| if a.relative[kind] > b.relative[kind] { a } else { b };
     let (first, second) = (pick(0), pick(1));
     Judgement {
         mean: [first.mean[0], second.mean[1]],
         variance: [first.variance[0], second.variance[1]],
+        relative: [first.relative[0], second.relative[1]],
         limited: a.limited.max(b.limited),
         local: a.local.max(b.local),
     }

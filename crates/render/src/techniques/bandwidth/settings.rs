@@ -63,7 +63,7 @@ record! {
         error: Option<f32> => positive(),
         /// How pixels are shaded.
         #[example = "\"plain\""]
-        mode: Mode = Mode::Plain,
+        mode: Mode = Mode::Preconvolved,
         /// n_b: directions towards light by which the bandwidth of a place is judged.
         #[example = "64"]
         directions: u32 = 16 => within(1.0, 1024.0),
@@ -86,7 +86,7 @@ impl Default for BandwidthSettings {
         Self {
             preset: Preset::Default,
             error: None,
-            mode: Mode::Plain,
+            mode: Mode::Preconvolved,
             directions: 16,
             visibility: Visibility::Off,
             antialias: Antialias::One,

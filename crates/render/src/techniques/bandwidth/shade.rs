@@ -2,8 +2,8 @@
 //!
 //! L = (1/N) Σ L(ω_i) f(ω_i, ω) cos θ_i/p(ω_i), directions by the tables of its material or by the material itself; local
 //! lights are sampled directly; [001] eq. (2). In pre-convolved shading a sample sees the environment convolved with a Phong
-//! lobe as broad as the gap 1/(N p) between samples, but never of more than half, and with many samples of no more than the
-//! target error's share, of the variance of the material's own lobe: eq. (10) takes all of it, which blurs twice.
+//! lobe as broad as the gap 1/(N p) between samples, but never of more than half of the variance of the material's own lobe:
+//! eq. (10) takes all of it, which blurs twice.
 //!
 //! Shadow rays, where they are asked for, are traced together; the same seam, a share of light by point and direction,
 //! is where another visibility would go.
@@ -14,16 +14,18 @@ use std::sync::Arc;
 use glam::{Vec2, Vec3};
 use halflight_frequency::importance::point as sequence;
 use halflight_scene::Frame;
-use halflight_scene::lights::{Arrival, Environment};
-use halflight_trace::Ray;
+use halflight_scene::lights::{Arrival, Environment, MANY, MapPoint};
 
+use super::convolved::LookUp;
+use super::gather::Gathered;
 use super::light::FrameLight;
-use super::lobes::{Directions, HalfSample, Lobe, elevations, run};
+use super::lobes::{Directions, Lobe};
+use super::parts::{Shares, joined};
 use super::predict::turned;
+use super::samples::{GROUP, HalfSamples, LANES, Reflect, elevations, run};
 use super::settings::{BandwidthSettings, Mode, Visibility};
 use super::surface::SurfacePoint;
 use crate::sampler::Sampler;
-use crate::samplers::LANES;
 
 /// Widths of the gaps between samples that a convolution may span.
 const OVERLAP: f32 = 8.0;
@@ -40,72 +42,59 @@ pub(super) struct Shader<'a> {
     pub(super) seed: u64,
 }
 
-/// What arrives along some directions, added up once it is known which of them are open.
-pub(super) struct Gathered<'a> {
-    frame: &'a Frame,
-    traced: bool,
-    sum: Vec3,
-    rays: [Ray; LANES],
-    values: [Vec3; LANES],
-    waiting: usize,
-    /// Rays that were traced.
-    pub(super) count: u64,
-}
-
-impl<'a> Gathered<'a> {
-    fn new(frame: &'a Frame, traced: bool) -> Self {
-        let rays = [Ray::new(Vec3::ZERO, Vec3::Z); LANES];
-        Self { frame, traced, sum: Vec3::ZERO, rays, values: [Vec3::ZERO; LANES], waiting: 0, count: 0 }
-    }
-
-    #[inline]
-    fn add(&mut self, point: &SurfacePoint, value: Vec3, direction: Vec3, t_max: f32) {
-        if !self.traced {
-            self.sum += value;
-            return;
-        }
-        if value == Vec3::ZERO {
-            return;
-        }
-        self.rays[self.waiting] = point.shadow_ray(direction, t_max);
-        self.values[self.waiting] = value;
-        self.waiting += 1;
-        if self.waiting == LANES {
-            self.settle();
-        }
-    }
-
-    /// Traces the rays that wait.
-    fn settle(&mut self) {
-        let mut blocked = [false; LANES];
-        let count = self.waiting;
-        self.frame.world.occluded_scattered(&self.rays[..count], &mut blocked[..count]);
-        for (value, blocked) in self.values[..count].iter().zip(blocked) {
-            self.sum += if blocked { Vec3::ZERO } else { *value };
-        }
-        self.count += count as u64;
-        self.waiting = 0;
-    }
-
-    /// What was gathered since the last call, over a number of samples.
-    fn mean(&mut self, number: u32) -> Vec3 {
-        if self.waiting > 0 {
-            self.settle();
-        }
-        let mean = self.sum / number.max(1) as f32;
-        self.sum = Vec3::ZERO;
-        mean
-    }
-}
-
 impl<'a> Shader<'a> {
     /// Room to gather light in, one for each thread.
     pub(super) fn room(&self) -> Gathered<'a> {
         Gathered::new(self.frame, self.settings.visibility == Visibility::Rays)
     }
 
-    /// Radiance from a point towards the eye by so many samples of the environment and of local lights. `place` decides
-    /// which samples.
+    /// What a point sends to the eye by each part of its material, of so many samples of the environment and of local
+    /// lights. `place` decides which samples.
+    pub(super) fn shares(
+        &self,
+        point: &SurfacePoint,
+        place: [u32; 2],
+        samples: [u32; 2],
+        gathered: &mut Gathered,
+    ) -> Shares {
+        let mut shares = Shares::default();
+        let lobe = &self.lobes[point.material as usize];
+        if matches!(lobe.directions, Directions::None) {
+            return shares;
+        }
+        if let Some(environment) = self.light.environment {
+            shares = match (&lobe.directions, self.settings.mode) {
+                (_, Mode::Reference) => self.joined(point, environment, place, samples[0], gathered),
+                (Directions::Table(table), Mode::Plain | Mode::Preconvolved | Mode::Forward)
+                    if lobe.is_complete || point.color == Vec3::ONE =>
+                {
+                    self.by_table(point, table, environment, place, samples[0], gathered)
+                }
+                _ => self.by_itself(point, environment, place, samples[0], gathered),
+            };
+        }
+        if self.light.has_local() && samples[1] > 0 {
+            let local = self.by_lights(point, lobe, place, samples[1], gathered);
+            shares = std::array::from_fn(|part| shares[part] + local[part]);
+        }
+        shares
+    }
+
+    /// The radiance of a point, of what its parts send.
+    #[inline]
+    pub(super) fn composed(&self, point: &SurfacePoint, shares: Shares) -> Vec3 {
+        let material = &self.frame.materials[point.material as usize];
+        let radiance = if self.settings.mode == Mode::Reference {
+            shares[0]
+        } else {
+            let weights = self.lobes[point.material as usize].parts.weights(material, &point.input());
+            joined(shares, weights).max(Vec3::ZERO)
+        };
+        if material.is_emissive() { radiance + self.emitted(point) } else { radiance }
+    }
+
+    /// [`Self::shares`], composed.
+    #[cfg(test)]
     pub(super) fn radiance(
         &self,
         point: &SurfacePoint,
@@ -113,26 +102,8 @@ impl<'a> Shader<'a> {
         samples: [u32; 2],
         gathered: &mut Gathered,
     ) -> Vec3 {
-        let mut radiance = self.emitted(point);
-        let lobe = &self.lobes[point.material as usize];
-        if matches!(lobe.directions, Directions::None) {
-            return radiance;
-        }
-        if let Some(environment) = self.light.environment {
-            match (&lobe.directions, self.settings.mode) {
-                (_, Mode::Reference) => self.joined(point, environment, place, samples[0], gathered),
-                (Directions::Table(table), Mode::Plain | Mode::Preconvolved) => {
-                    self.by_table(point, lobe, table, environment, place, samples[0], gathered);
-                }
-                _ => self.by_itself(point, environment, place, samples[0], gathered),
-            }
-            radiance += gathered.mean(samples[0]);
-        }
-        if self.light.has_local() && samples[1] > 0 {
-            self.by_lights(point, place, samples[1], gathered);
-            radiance += gathered.mean(samples[1]);
-        }
-        radiance
+        let shares = self.shares(point, place, samples, gathered);
+        self.composed(point, shares)
     }
 
     /// Radiance that a surface sends by itself.
@@ -150,60 +121,133 @@ impl<'a> Shader<'a> {
 
     /// Which of many sets of samples a place takes.
     fn choice(&self, place: [u32; 2], kind: u32) -> u32 {
-        let mut sampler = Sampler::new(self.seed ^ u64::from(kind) << 32, place[0], place[1], 0);
-        (sampler.next_four()[0] * 16_777_216.0) as u32
+        Sampler::new(self.seed ^ u64::from(kind) << 32, place[0], place[1], 0).pixel_seed() >> 8
     }
 
+    /// Directions by the tables of the material, a batch at a time.
     fn by_table(
         &self,
         point: &SurfacePoint,
-        lobe: &Lobe,
-        table: &[HalfSample],
+        table: &HalfSamples,
         environment: &Environment,
         place: [u32; 2],
         number: u32,
         gathered: &mut Gathered,
-    ) {
+    ) -> Shares {
         let view = point.view();
-        let [x, y, z] = turned(point.axes(), view);
-        let view = Vec3::new(view.x.hypot(view.y), 0.0, view.z);
-        let convolved = self.settings.mode == Mode::Preconvolved;
-        // A convolution widens the lobe by this share of its variance.
-        let sharper = 1.0 / self.settings.target_error();
-        // Where the lobe is the same everywhere, the values stand in the table; elsewhere the point's own is asked.
-        let own = (!lobe.is_even || point.color != Vec3::ONE).then(|| point.bsdf(self.frame));
-        // Two elevations, in proportion to how near they are.
-        let choice = self.choice(place, 1);
-        let (below, share) = elevations(view.z);
-        let upper = ((number as f32 * share + (choice & 1023) as f32 / 1024.0) as u32).min(number);
-        for (elevation, number_here) in [(below, number - upper), (below + 1, upper)] {
-            if number_here == 0 {
+        let simd = self.frame.world.simd();
+        let convolved = self.light.convolved().filter(|_| self.settings.mode == Mode::Preconvolved);
+        // Convolved light is looked up in the space of the map.
+        let mut axes = turned(point.axes(), view);
+        let mut front = point.geometric_normal;
+        if convolved.is_some() {
+            axes = axes.map(|axis| self.light.to_map * axis);
+            front = self.light.to_map * front;
+        }
+        let gap = 4.0 * PI * number as f32 / OVERLAP;
+        let view = [(view.x * view.x + view.y * view.y).sqrt(), view.z];
+        let (below, share) = elevations(view[1]);
+        let mut choice = self.choice(place, 1);
+        let runs = if convolved.is_some() {
+            // The same samples everywhere: convolved light is smooth from one to the next, and what they miss varies as
+            // slowly as the picture instead of from pixel to pixel.
+            choice = self.choice([0, 0], 1);
+            let half = number.div_ceil(2).next_multiple_of(GROUP as u32);
+            [(below, half, 1.0 - share), (below + 1, half, share)]
+        } else {
+            // In proportion to how near each elevation is, in whole groups.
+            let groups = (number as f32 * share / GROUP as f32 + (choice & 1023) as f32 / 1024.0) as u32;
+            let upper = (groups * GROUP as u32).min(number);
+            let part = |n: u32| n as f32 / number as f32;
+            [(below, number - upper, part(number - upper)), (below + 1, upper, part(upper))]
+        };
+        let mut shares = Shares::default();
+        for (elevation, here, part) in runs {
+            if here == 0 {
                 continue;
             }
-            for sample in run(table, elevation, number_here as usize, choice >> 10) {
-                let along = view.dot(sample.half);
-                let local = 2.0 * along * sample.half - view;
-                if along <= 0.0 || local.z <= 0.0 {
-                    continue;
+            let run = run(elevation, here as usize, choice >> 10);
+            let mut sum = Shares::default();
+            for first in (0..run.number).step_by(LANES) {
+                let start = run.start + first;
+                let many = LANES.min(run.number - first);
+                let out = &mut gathered.reflected;
+                simd.run(Reflect { samples: table, start, number: many, view, axes, front, gap, out });
+                match convolved {
+                    Some(convolved) => {
+                        let any_sharp = simd.run(LookUp {
+                            table: convolved,
+                            reflected: &gathered.reflected,
+                            number: many,
+                            place: first,
+                            light: &mut gathered.light,
+                            sharp: &mut gathered.sharp,
+                        });
+                        if any_sharp {
+                            self.look_sharply(environment, many, gathered);
+                        }
+                        let to_world = self.light.to_map.transpose();
+                        gathered.hide(point, many, |direction| to_world * direction);
+                    }
+                    None => {
+                        self.look_up(environment, many, gathered);
+                        gathered.hide(point, many, |direction| direction);
+                    }
                 }
-                let direction = local.x * x + local.y * y + local.z * z;
-                if point.geometric_normal.dot(direction) <= 0.0 {
-                    continue;
-                }
-                let pdf = sample.density / along;
-                let arriving = if convolved {
-                    let gap = 4.0 * PI * number as f32 * pdf / OVERLAP;
-                    let exponent = gap.min(sample.exponent * sharper).max(2.0 * sample.exponent);
-                    self.light.convolved(environment, self.light.to_map * direction, exponent)
-                } else {
-                    environment.radiance(direction)
-                };
-                let weight = match &own {
-                    Some(bsdf) => bsdf.eval(view, local) / pdf,
-                    None => sample.weight * (along * local.z),
-                };
-                gathered.add(point, weight * arriving, direction, f32::INFINITY);
+                let found = gathered.weighted(simd, many, table.weights(start, many));
+                sum[0] += found[0];
+                sum[1] += found[1];
             }
+            let ratio = table.albedo(below, share, elevation);
+            let scale = part / run.number as f32;
+            shares[0] += sum[0] * ratio[0] * scale;
+            shares[1] += sum[1] * ratio[1] * scale;
+        }
+        if let Some(environment) = convolved.and(self.light.environment) {
+            // The tables are those of the map without its intensity.
+            shares = shares.map(|share| share * environment.intensity);
+        }
+        shares
+    }
+
+    /// What the map itself has for a batch of directions of the world.
+    fn look_up(&self, environment: &Environment, number: usize, gathered: &mut Gathered) {
+        let simd = self.frame.world.simd();
+        let mut directions = [Vec3::Y; MANY];
+        let mut points = [MapPoint::default(); MANY];
+        let mut radiance = [Vec3::ZERO; MANY];
+        let from = &gathered.reflected;
+        for (i, direction) in directions[..number].iter_mut().enumerate() {
+            *direction = Vec3::new(from.x[i], from.y[i], from.z[i]);
+        }
+        environment.locate_many(simd, &directions, number, &mut points);
+        environment.radiance_many(simd, &points, number, &mut radiance);
+        for (light, radiance) in gathered.light[..number].iter_mut().zip(&radiance) {
+            *light = radiance.extend(0.0).to_array();
+        }
+    }
+
+    /// What the map itself has for those directions of a batch that ask for it, over its intensity.
+    fn look_sharply(&self, environment: &Environment, number: usize, gathered: &mut Gathered) {
+        let simd = self.frame.world.simd();
+        let to_world = self.light.to_map.transpose();
+        let mut directions = [Vec3::Y; MANY];
+        let mut points = [MapPoint::default(); MANY];
+        let mut radiance = [Vec3::ZERO; MANY];
+        let mut places = [0u8; MANY];
+        let mut many = 0;
+        let from = &gathered.reflected;
+        for i in (0..number).filter(|&i| gathered.sharp[i]) {
+            directions[many] = to_world * Vec3::new(from.x[i], from.y[i], from.z[i]);
+            places[many] = i as u8;
+            many += 1;
+        }
+        environment.locate_many(simd, &directions, many, &mut points);
+        environment.radiance_many(simd, &points, many, &mut radiance);
+        // What has no intensity brings nothing in the end.
+        let over = (Vec3::ONE / environment.intensity).map(|v| if v.is_finite() { v } else { 0.0 });
+        for (&place, radiance) in places[..many].iter().zip(&radiance) {
+            gathered.light[usize::from(place)] = (*radiance * over).extend(0.0).to_array();
         }
     }
 
@@ -215,7 +259,7 @@ impl<'a> Shader<'a> {
         place: [u32; 2],
         number: u32,
         gathered: &mut Gathered,
-    ) {
+    ) -> Shares {
         let bsdf = point.bsdf(self.frame);
         let axes = point.axes();
         let mut view = point.view();
@@ -224,8 +268,10 @@ impl<'a> Shader<'a> {
             let u = Sampler::new(self.seed, place[0], place[1], i).next_four();
             let Some(sample) = bsdf.sample(view, u[2], Vec2::new(u[0], u[1])) else { continue };
             let Some(direction) = leaving(point, &axes, sample.wi) else { continue };
-            gathered.add(point, sample.weight * environment.radiance(direction), direction, f32::INFINITY);
+            let value = [sample.weight * environment.radiance(direction), Vec3::ZERO];
+            gathered.add(point, value, direction, f32::INFINITY);
         }
+        gathered.mean(number)
     }
 
     /// Material and environment choose directions in turn, joined by the balance heuristic.
@@ -236,7 +282,7 @@ impl<'a> Shader<'a> {
         place: [u32; 2],
         number: u32,
         gathered: &mut Gathered,
-    ) {
+    ) -> Shares {
         let bsdf = point.bsdf(self.frame);
         let axes = point.axes();
         let mut view = point.view();
@@ -251,7 +297,7 @@ impl<'a> Shader<'a> {
                 let other = if sample.delta { 0.0 } else { environment.pdf_at(met) };
                 let share = sample.pdf / (sample.pdf + other);
                 let value = share * sample.weight * environment.radiance_at(met);
-                gathered.add(point, value, direction, f32::INFINITY);
+                gathered.add(point, [value, Vec3::ZERO], direction, f32::INFINITY);
             }
             let (direction, met, pdf) = environment.sample(Vec2::new(v[0], v[1]));
             let [x, y, z] = axes.map(|axis| axis.dot(direction));
@@ -261,12 +307,24 @@ impl<'a> Shader<'a> {
             }
             let (value, other) = bsdf.eval_pdf(view, local);
             let value = value * environment.radiance_at(met) / (pdf + other);
-            gathered.add(point, value, direction, f32::INFINITY);
+            gathered.add(point, [value, Vec3::ZERO], direction, f32::INFINITY);
         }
+        gathered.mean(number)
     }
 
     /// Shining surfaces and lamps, sampled themselves.
-    fn by_lights(&self, point: &SurfacePoint, place: [u32; 2], number: u32, gathered: &mut Gathered) {
+    fn by_lights(
+        &self,
+        point: &SurfacePoint,
+        lobe: &Lobe,
+        place: [u32; 2],
+        number: u32,
+        gathered: &mut Gathered,
+    ) -> Shares {
+        let apart = matches!(lobe.directions, Directions::Table(_))
+            && self.settings.mode != Mode::Reference
+            && (lobe.is_complete || point.color == Vec3::ONE);
+        let parts = lobe.parts.bsdfs();
         let bsdf = point.bsdf(self.frame);
         let axes = point.axes();
         let mut view = point.view();
@@ -282,10 +340,12 @@ impl<'a> Shader<'a> {
             if point.geometric_normal.dot(light.direction) * z <= 0.0 {
                 continue;
             }
-            let value = bsdf.eval(view, Vec3::new(x, y, point.side * z)) * radiance / light.pdf;
+            let local = Vec3::new(x, y, point.side * z);
+            let values = if apart { parts.eval(view, local) } else { [bsdf.eval(view, local), Vec3::ZERO] };
             let end = from.map_or(f32::INFINITY, |p| p.distance(point.position) * (1.0 - SHADOW_MARGIN));
-            gathered.add(point, value, light.direction, end);
+            gathered.add(point, values.map(|value| value * radiance / light.pdf), light.direction, end);
         }
+        gathered.mean(number)
     }
 }
 

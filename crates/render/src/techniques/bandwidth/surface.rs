@@ -12,7 +12,7 @@ use halflight_trace::{Hit, Ray};
 use rayon::prelude::*;
 
 use crate::gbuffer::BLOCK;
-use crate::vertex::Vertex;
+use crate::vertex::shading_axes;
 
 /// The material of a pixel that shows nothing.
 const NOTHING: u32 = u32::MAX;
@@ -40,10 +40,6 @@ pub(super) struct SurfacePoint {
     pub(super) instance: u32,
     /// Index in the frame's materials, or [`NOTHING`].
     pub(super) material: u32,
-    /// Principal curvatures in 1/m, the larger in size first, convex > 0.
-    pub(super) curvature: [f32; 2],
-    /// Cycles per pixel of the texture, 0 without one.
-    pub(super) texture: f32,
 }
 
 impl SurfacePoint {
@@ -62,8 +58,6 @@ impl SurfacePoint {
             side: 1.0,
             instance: NOTHING,
             material: NOTHING,
-            curvature: [0.0; 2],
-            texture: 0.0,
         }
     }
 
@@ -127,9 +121,16 @@ pub(super) struct Surfaces {
 
 impl Surfaces {
     /// Looks through the point `offset` of every pixel. A lens counts as its middle, a shutter as the moment it opens.
-    pub(super) fn look(frame: &Frame, width: usize, height: usize, offset: Vec2) -> Self {
+    /// `room` is what a picture before left, to be written over.
+    pub(super) fn look(
+        frame: &Frame,
+        [width, height]: [usize; 2],
+        offset: Vec2,
+        room: Vec<SurfacePoint>,
+    ) -> Self {
         let view = frame.camera.view(width, height);
-        let mut points = vec![SurfacePoint::nothing(Vec3::Z); width * height];
+        let mut points = room;
+        points.resize(width * height, SurfacePoint::nothing(Vec3::Z));
         points.par_chunks_mut(width * BLOCK).enumerate().for_each(|(band, rows)| {
             let lines = rows.len() / width;
             for left in (0..width).step_by(BLOCK) {
@@ -175,24 +176,24 @@ pub(super) fn look_together(
 }
 
 fn point(frame: &Frame, ray: &Ray, hit: &Hit) -> SurfacePoint {
-    let vertex = Vertex::new(frame, ray, hit);
-    let surface = &vertex.surface;
-    let side = if vertex.shading_normal().dot(vertex.towards_eye) < 0.0 { -1.0 } else { 1.0 };
-    let front = if surface.geometric_normal.dot(vertex.towards_eye) < 0.0 { -1.0 } else { 1.0 };
+    let surface = frame.world.surface(ray, hit);
+    let towards_eye = -ray.direction;
+    let material = frame.material_index(surface.instance, surface.material_slot);
+    let [tangent, _, normal] = shading_axes(&surface, &frame.materials[material as usize], towards_eye);
+    let side = if normal.dot(towards_eye) < 0.0 { -1.0 } else { 1.0 };
+    let front = if surface.geometric_normal.dot(towards_eye) < 0.0 { -1.0 } else { 1.0 };
     SurfacePoint {
         position: surface.position,
-        normal: side * vertex.shading_normal(),
+        normal: side * normal,
         geometric_normal: front * surface.geometric_normal,
-        tangent: vertex.to_world(Vec3::X),
-        towards_eye: vertex.towards_eye,
+        tangent,
+        towards_eye,
         uv: surface.uv,
         color: surface.color,
         distance: hit.t,
         position_error: surface.position_error,
         side,
         instance: surface.instance,
-        material: frame.material_index(surface.instance, surface.material_slot),
-        curvature: [0.0; 2],
-        texture: 0.0,
+        material,
     }
 }

@@ -111,6 +111,98 @@ fn what_is_interpolated_agrees_with_what_is_shaded_everywhere() {
     }
 }
 
+const PAINTED: &str = r#"
+[image]
+size = [96, 64]
+[camera]
+origin = [0, 1.2, 3]
+target = [0, 0.4, 0]
+vertical_fov_degrees = 40
+[environment]
+type = "studio"
+[material.tiles]
+type = "metallic-roughness"
+base_color = { file = "tiles.png", repeat = [9, 9] }
+roughness = 0.4
+[material.knot]
+type = "phong"
+diffuse = { file = "tiles.png", repeat = [20, 3] }
+specular = [0.3, 0.3, 0.3]
+exponent = 40
+[[shape]]
+type = "plane"
+half_extent = 4
+material = "tiles"
+[[shape]]
+type = "generated"
+mesh = "knot"
+radius = 0.42
+tube = 0.14
+material = "knot"
+transform = { translate = [0, 0.6, 0] }
+"#;
+
+fn painted() -> Scene {
+    let folder = tempfile::tempdir().unwrap();
+    let tiles =
+        RgbImage::from_fn(
+            64,
+            64,
+            |x, y| {
+                if (x / 16 + y / 16) % 2 == 0 { [0.9, 0.8, 0.1] } else { [0.1, 0.1, 0.3] }
+            },
+        );
+    halflight_image::save_png(&folder.path().join("tiles.png"), &tiles, &Default::default()).unwrap();
+    let path = folder.path().join("scene.toml");
+    std::fs::write(&path, PAINTED).unwrap();
+    Scene::load(&path, &LoadOptions::default()).unwrap_or_else(|error| panic!("{error}"))
+}
+
+#[test]
+fn pictures_on_materials_are_multiplied_in_where_nothing_is_shaded() {
+    let scene = painted();
+    let truth = truth(&scene);
+    for mode in [Mode::Plain, Mode::Preconvolved] {
+        let (image, report) = picture(&scene, BandwidthSettings { mode, ..BandwidthSettings::default() });
+        let psnr = metrics::psnr(&image, &truth, 0.0).unwrap();
+        let block = worst_block(&image, &truth);
+        eprintln!("{mode:?} {psnr:.1} dB, worst block {block:.3}; {:?}", report.notes);
+        assert!(psnr > 34.0 && block < 0.05, "{mode:?}: {psnr} dB, {block}");
+        let share: f64 = report.notes[1].split(' ').nth(1).unwrap().parse().unwrap();
+        // The tiles change in every other pixel.
+        assert!(share < 60.0, "{:?}", report.notes);
+    }
+}
+
+#[test]
+fn what_is_shaded_beside_an_edge_does_not_stand_out() {
+    // A dark ball before a bright floor, and a bright one: their fringes against the floor farther away.
+    let text = format!("{THINGS}{STUDIO}").replace("[0.2, 0.3, 0.4]", "[0.01, 0.01, 0.01]");
+    let scene = scene(&text);
+    let truth = truth(&scene);
+    let (image, _) = picture(&scene, BandwidthSettings::default());
+    let frame = scene.at(0.0).unwrap();
+    let surfaces = Surfaces::look(&frame, [96, 64], Vec2::splat(0.5), Vec::new());
+    let (mut sum, mut count) = (0.0f64, 0);
+    for y in 1..63 {
+        for x in 1..95 {
+            let point = surfaces.at(x, y);
+            let beside = [(x - 1, y), (x + 1, y), (x, y - 1), (x, y + 1)];
+            if point.is_there() && beside.iter().any(|&(x, y)| !surfaces.at(x, y).is_of(point)) {
+                for c in 0..3 {
+                    let (a, b) = (image.pixels[y * 96 + x][c], truth.pixels[y * 96 + x][c]);
+                    let shown = |v: f32| f64::from(halflight_image::srgb_encode(v.clamp(0.0, 1.0)));
+                    sum += (shown(a) - shown(b)).powi(2);
+                    count += 1;
+                }
+            }
+        }
+    }
+    let error = (sum / f64::from(count)).sqrt();
+    eprintln!("beside edges {error:.4}");
+    assert!(error < 0.02, "{error}");
+}
+
 #[test]
 fn the_picture_does_not_depend_on_the_number_of_threads() {
     let scene = scene(&format!("{THINGS}{STUDIO}{LAMP}"));
@@ -173,11 +265,11 @@ fn predicted_variance_covers_the_measured_one_nearly_everywhere() {
     // One picture of one sample more or less in each pixel tells little of each; many looks tell its variance.
     let scene = scene(&format!("{THINGS}{STUDIO}"));
     let frame = scene.at(0.0).unwrap();
-    let technique = BandwidthTechnique::new(BandwidthSettings::default());
+    let settings = BandwidthSettings { mode: Mode::Plain, ..BandwidthSettings::default() };
+    let technique = BandwidthTechnique::new(settings);
     let lobes = technique.lobes_of(&frame);
     let light = FrameLight::new(&frame, &technique.light, false);
-    let mut surfaces = Surfaces::look(&frame, 96, 64, Vec2::splat(0.5));
-    curvature::measure(&mut surfaces, |_, _, _| 0.0);
+    let surfaces = Surfaces::look(&frame, [96, 64], Vec2::splat(0.5), Vec::new());
     let judge = Judge::new(&frame, &light, &lobes, &technique.settings, [96, 64]);
     let buffer = Buffer::new(&judge, &surfaces);
     let (mut covered, mut all, mut ratios) = (0, 0, Vec::new());
@@ -187,7 +279,7 @@ fn predicted_variance_covers_the_measured_one_nearly_everywhere() {
             continue;
         }
         let (mut sum, mut square) = (0.0f64, 0.0f64);
-        let looks = 256;
+        let looks = 1024;
         for seed in 0..looks {
             let shader =
                 Shader { frame: &frame, light: &light, lobes: &lobes, settings: &technique.settings, seed };
@@ -201,12 +293,12 @@ fn predicted_variance_covers_the_measured_one_nearly_everywhere() {
         let measured = (square / looks as f64 - mean * mean) / (mean * mean).max(1e-12);
         let predicted = f64::from(buffer.pixels[i].variance);
         all += 1;
-        covered += usize::from(2.0 * predicted >= measured);
+        covered += usize::from(predicted >= measured);
         ratios.push(predicted / measured.max(1e-9));
     }
     ratios.sort_by(f64::total_cmp);
     let median = ratios[ratios.len() / 2];
-    eprintln!("covered within 2: {covered} of {all}, median ratio {median:.2}");
+    eprintln!("covered: {covered} of {all}, median ratio {median:.2}");
     assert!(covered * 100 >= 95 * all && median < 8.0 && median > 0.5, "{covered} of {all}, {median}");
 }
 
