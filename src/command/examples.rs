@@ -73,6 +73,7 @@ pub(crate) const EXAMPLES: &[Example] = &[
     example("sh", "What is left of the light", "halflight sh show light.json -o light.png"),
     example("ddf", "Learn a mesh", "halflight ddf train bunny.ply --steps 20 -o small.ddf"),
     example("ddf", "How good the field is", "halflight ddf eval bunny.ddf bunny.ply"),
+    example("ddf", "Render with it in place of its mesh", "halflight render bunny.ddf --spp 4 -o bunny.png"),
     example("ddf", "See it beside its mesh", "halflight ddf render bunny.ddf bunny.ply -o field.png"),
     example("spheres", "25 spheres for a mesh", "halflight spheres fit bunny.ply -n 25 -o small.spheres"),
     example("spheres", "How good they are", "halflight spheres check bunny.ply bunny.spheres"),

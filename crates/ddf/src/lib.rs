@@ -5,6 +5,7 @@
 //! [`DirectedField`] answers for it.
 
 mod analytic;
+mod convert;
 mod error;
 mod fast;
 mod field;
@@ -12,11 +13,14 @@ mod file;
 mod grid;
 mod measure;
 mod random;
+mod samples;
+mod seed;
 mod tracer;
 mod train;
 mod unit;
 
 pub use analytic::{AnalyticField, AnalyticHit};
+pub use convert::{DistanceGrid, even_directions};
 pub use error::DdfError;
 pub use fast::shape::FastShape;
 pub use field::{DirectedField, FieldHit, MeasuredError, Provenance};
@@ -25,6 +29,8 @@ pub use measure::{
     Cloud, CloudDistance, Evaluation, F_SCORE_THRESHOLD, RayErrors, chamfer_e3, compare_clouds, evaluate,
     field_points, mesh_points,
 };
+pub use samples::{FieldSample, Inside, SAMPLES_VERSION, SampleScheme, draw_samples};
+pub use seed::{SeedNetwork, SeedOptions, SeedSchedule, SeedTrainer};
 pub use tracer::{Answered, FallbackCounts, FieldTracer};
 pub use train::{FastTrainer, StepReport, TrainOptions};
 pub use unit::{UnitSpace, mesh_hash};

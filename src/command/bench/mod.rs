@@ -4,6 +4,7 @@ mod bandwidth;
 mod build;
 mod clock;
 mod covariance;
+mod ddf;
 mod memory;
 mod path;
 mod rays;
@@ -56,6 +57,8 @@ enum Name {
     Samplers,
     /// Error and memory of the fields of the technique `shadow-fields`
     ShadowFields,
+    /// Fields of directed distances against the trees of their meshes
+    Ddf,
     /// Kernels of spherical harmonics
     Sh,
     /// The technique `bandwidth` against forward shading at equal error, its stages, and how its cost grows
@@ -66,7 +69,8 @@ enum Name {
     Shexp,
 }
 
-const ALL: [Name; 10] = [
+const ALL: [Name; 11] = [
+    Name::Ddf,
     Name::Rays,
     Name::Build,
     Name::Path,
@@ -102,6 +106,10 @@ pub(crate) fn run(args: &BenchArgs, console: Console) -> Result<(), Failure> {
             Name::Build => build::measure(args)?,
             Name::Path => path::measure(args)?,
             Name::Memory => memory::measure(args)?,
+            Name::Ddf => {
+                tell(console, &ddf::networks(args)?);
+                ddf::measure(args)?
+            }
             Name::Samplers => samplers::measure(args),
             Name::ShadowFields => shadow_fields::measure(args)?,
             Name::Sh => sh::measure(args)?,

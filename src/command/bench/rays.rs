@@ -108,7 +108,7 @@ fn count_hits(world: &World, rays: &[Ray], query: Query) -> usize {
     }
 }
 
-fn ray_sets(world: &World, subject: &Subject, side: usize) -> [(&'static str, Vec<Ray>); 3] {
+pub(super) fn ray_sets(world: &World, subject: &Subject, side: usize) -> [(&'static str, Vec<Ray>); 3] {
     let primary = primary_rays(subject, side);
     let mut random = Random(1);
     let bounce: Vec<Ray> = primary.iter().filter_map(|ray| bounce_ray(world, ray, &mut random)).collect();

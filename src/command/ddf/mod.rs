@@ -1,5 +1,6 @@
 //! `halflight ddf`: geometry as a learned field of directed distances.
 
+mod convert;
 mod eval;
 mod render;
 mod train;
@@ -34,6 +35,10 @@ enum Action {
     },
     /// Show a field: distance and normals, beside its mesh if it is given
     Render(render::RenderFieldArgs),
+    /// Turn a field into a mesh, or into spheres, by its unsigned distances
+    Mesh(convert::MeshArgs),
+    /// Draw samples of a mesh's field and write them to a file
+    Samples(convert::SamplesArgs),
 }
 
 pub(crate) fn run(args: &DdfArgs, console: Console) -> Result<(), Failure> {
@@ -41,6 +46,8 @@ pub(crate) fn run(args: &DdfArgs, console: Console) -> Result<(), Failure> {
         Action::Train(args) => train::run(args, console),
         Action::Eval { field, mesh, points } => eval::run(field, mesh, *points as usize, console),
         Action::Render(args) => render::run(args, console),
+        Action::Mesh(args) => convert::mesh(args, console),
+        Action::Samples(args) => convert::samples(args, console),
     }
 }
 

@@ -106,10 +106,15 @@ impl March<'_> {
         tables.iter_mut().zip(&field.tables).for_each(|(to, from)| *to = from);
         let tables = &tables[..field.levels.len()];
         let mut least = f32::INFINITY;
+        // A hit behind the end of its cell is the next cell's to answer, if that sees it.
+        let mut pending: Option<GridHit> = None;
         let found = field.cells.walk(ray.origin, ray.direction, 0.0, ray.t_max, |chord| {
             let Some((part, start)) = part_of(&ray, &chord, field.shape.margin) else {
-                return ControlFlow::Break(None);
+                return ControlFlow::Break(pending);
             };
+            if pending.is_some_and(|hit| chord.enter > hit.t) {
+                return ControlFlow::Break(pending);
+            }
             let said = answer::<S, FUSED, F, [i16]>(
                 simd,
                 &field.shape,
@@ -125,11 +130,16 @@ impl March<'_> {
             if said.logit > 0.0 {
                 let t = start + said.distance.clamp(0.0, part.length);
                 let hit = GridHit { t, start, cell: chord.cell, logit: said.logit, least_logit: least };
+                if t > chord.leave && pending.is_none() {
+                    pending = Some(hit);
+                    return ControlFlow::Continue(());
+                }
                 return ControlFlow::Break(Some(hit));
             }
-            ControlFlow::Continue(())
+            if pending.is_some() { ControlFlow::Break(pending) } else { ControlFlow::Continue(()) }
         });
-        (found.flatten().filter(|hit| hit.t > 0.0 && hit.t <= ray.t_max), least)
+        let found = found.unwrap_or(pending);
+        (found.filter(|hit| hit.t > 0.0 && hit.t <= ray.t_max), least)
     }
 }
 

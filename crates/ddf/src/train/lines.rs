@@ -140,17 +140,28 @@ impl LineSampler {
             });
         let chords = &chords[..count];
         let holds = |chord: &&Chord, t: f32| chord.enter <= t && t <= chord.leave;
+        // A hit near the border of two cells is seen by both: either learns it.
+        let margin = self.margin;
+        let sees = |chord: &&Chord, t: f32| chord.enter - margin <= t && t <= chord.leave + margin;
+        let backward = random.bits() & 1 == 0;
+        let seeing = |t: f32| {
+            if backward {
+                chords.iter().rev().find(|chord| sees(chord, t))
+            } else {
+                chords.iter().find(|chord| sees(chord, t))
+            }
+        };
         let line = Line { origin, direction, free: &free, margin: self.margin };
         if let Some(chord) = chords.iter().find(|chord| holds(chord, 0.0)) {
             line.add(chord, random.bits() & 1 == 0, random, to);
         }
         if free.to_hit.is_some()
-            && let Some(chord) = chords.iter().find(|chord| holds(chord, free.to))
+            && let Some(chord) = seeing(free.to)
         {
             line.add(chord, true, random, to);
         }
         if free.from_hit.is_some()
-            && let Some(chord) = chords.iter().find(|chord| holds(chord, free.from))
+            && let Some(chord) = seeing(free.from)
         {
             line.add(chord, false, random, to);
         }

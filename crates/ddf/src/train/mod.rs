@@ -4,7 +4,7 @@
 //! in order, and lets Adam move what was seen. What a lane does depends on (seed, step, lane) only, so that results do
 //! not depend on the number of threads.
 
-mod adam;
+pub(crate) mod adam;
 mod checkpoint;
 pub(crate) mod lines;
 

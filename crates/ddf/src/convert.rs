@@ -1,0 +1,177 @@
+//! Fields as other forms: distances on a grid, a mesh, visibility in spherical harmonics.
+
+use std::f32::consts::{PI, TAU};
+
+use glam::{UVec3, Vec3};
+use halflight_sh::Sh;
+use halflight_shape::TriangleMesh;
+use rayon::prelude::*;
+
+use crate::field::DirectedField;
+
+/// Directions spread evenly over the sphere (Fibonacci's spiral).
+#[must_use]
+pub fn even_directions(count: usize) -> Vec<Vec3> {
+    let golden = PI * (3.0 - 5f32.sqrt());
+    (0..count)
+        .map(|i| {
+            let z = 1.0 - (2 * i + 1) as f32 / count as f32;
+            let radius = (1.0 - z * z).max(0.0).sqrt();
+            let (sin, cos) = (golden * i as f32 % TAU).sin_cos();
+            Vec3::new(radius * cos, radius * sin, z)
+        })
+        .collect()
+}
+
+/// Unsigned distances at the posts of a grid.
+#[derive(Clone, Debug)]
+pub struct DistanceGrid {
+    /// Posts along each side.
+    pub posts: u32,
+    /// The first post, in the field's own space.
+    pub low: Vec3,
+    /// From post to post.
+    pub step: f32,
+    /// Distances in the field's own space, x fastest.
+    pub values: Vec<f32>,
+}
+
+impl DirectedField {
+    /// The unsigned distance: the least φ over directions [002 eq. 5], at posts of a cube around the field.
+    ///
+    /// Even directions find the nearest surface up to their spacing; the best one is then turned towards the normal at
+    /// its hit, twice.
+    #[must_use]
+    pub fn distance_grid(&self, posts: u32, directions: usize) -> DistanceGrid {
+        let posts = posts.max(2);
+        let (low, high) = self.bounds();
+        let size = (high - low).max_element() * 1.1;
+        let (low, step) = (0.5 * (low + high) - 0.5 * size, size / (posts - 1) as f32);
+        let around = even_directions(directions.max(1));
+        let count = (posts as usize).pow(3);
+        let values = (0..count)
+            .into_par_iter()
+            .with_min_len(64)
+            .map(|index| {
+                let at = UVec3::new(
+                    index as u32 % posts,
+                    index as u32 / posts % posts,
+                    index as u32 / (posts * posts),
+                );
+                self.unsigned_distance(low + at.as_vec3() * step, &around)
+            })
+            .collect();
+        DistanceGrid { posts, low, step, values }
+    }
+
+    /// The least φ over some directions, refined; infinite where none sees anything.
+    #[must_use]
+    pub fn unsigned_distance(&self, x: Vec3, directions: &[Vec3]) -> f32 {
+        let mut best = (f32::INFINITY, None);
+        for &omega in directions {
+            if let Some(hit) = self.query(x, omega, best.0) {
+                best = (hit.distance, Some((omega, hit)));
+            }
+        }
+        for _ in 0..2 {
+            let Some((omega, hit)) = best.1 else { break };
+            let towards = -self.normal(x, omega, &hit);
+            match self.query(x, towards, best.0) {
+                Some(nearer) if nearer.distance < best.0 => best = (nearer.distance, Some((towards, nearer))),
+                _ => break,
+            }
+        }
+        best.0
+    }
+
+    /// Visibility of points in spherical harmonics: the projection of 1 − ξ(x, ω), the part of the sphere that is free,
+    /// by `directions` even directions, all points asked together.
+    #[must_use]
+    pub fn free_sky<const ORDER: usize>(&self, points: &[Vec3], directions: usize) -> Vec<Sh<ORDER>> {
+        let around = even_directions(directions.max(1));
+        let basis: Vec<Sh<ORDER>> = around.iter().map(|omega| Sh::basis(omega.to_array())).collect();
+        let weight = 4.0 * PI / around.len() as f32;
+        points
+            .par_iter()
+            .map(|&x| {
+                let mut sum = [0.0f64; 64];
+                for (omega, basis) in around.iter().zip(&basis) {
+                    if !self.is_visible(x, *omega) {
+                        sum.iter_mut().zip(basis.coefficients()).for_each(|(to, y)| *to += f64::from(*y));
+                    }
+                }
+                Sh::from_fn(|i| sum.get(i).map_or(0.0, |v| (v * f64::from(weight)) as f32))
+            })
+            .collect()
+    }
+}
+
+impl DistanceGrid {
+    /// The surface at a distance, as a mesh: surface nets (Gibson 1998): a vertex in each cell that the surface crosses,
+    /// at the mean of its crossings, and a quadrilateral for each edge. Around an unsigned distance it is a shell on both
+    /// sides of the surface.
+    #[must_use]
+    pub fn surface(&self, distance: f32) -> TriangleMesh {
+        let n = self.posts as usize;
+        let index = |x: usize, y: usize, z: usize| (z * n + y) * n + x;
+        // Where nothing was seen the field counts as far.
+        let value = |i: usize| self.values[i].min(1e6 * self.step) - distance;
+        let mut mesh = TriangleMesh::default();
+        let mut vertex = vec![u32::MAX; n * n * n];
+        for z in 0..n - 1 {
+            for y in 0..n - 1 {
+                for x in 0..n - 1 {
+                    let corner = |c: usize| (x + (c & 1), y + (c >> 1 & 1), z + (c >> 2));
+                    let values: [f32; 8] = std::array::from_fn(|c| {
+                        let (x, y, z) = corner(c);
+                        value(index(x, y, z))
+                    });
+                    let (mut sum, mut count) = (Vec3::ZERO, 0.0);
+                    for a in 0..8usize {
+                        for axis in [1, 2, 4] {
+                            let b = a | axis;
+                            if a & axis != 0 || (values[a] < 0.0) == (values[b] < 0.0) {
+                                continue;
+                            }
+                            let at =
+                                |c: usize| Vec3::new((c & 1) as f32, (c >> 1 & 1) as f32, (c >> 2) as f32);
+                            let part = (values[a] / (values[a] - values[b])).clamp(0.0, 1.0);
+                            sum += at(a).lerp(at(b), part);
+                            count += 1.0;
+                        }
+                    }
+                    if count > 0.0 {
+                        vertex[index(x, y, z)] = mesh.positions.len() as u32;
+                        let local = Vec3::new(x as f32, y as f32, z as f32) + sum / count;
+                        mesh.positions.push(self.low + self.step * local);
+                    }
+                }
+            }
+        }
+        for z in 1..n - 1 {
+            for y in 1..n - 1 {
+                for x in 1..n - 1 {
+                    let here = value(index(x, y, z)) < 0.0;
+                    let edges = [
+                        (index(x + 1, y, z), [(0, 0, 0), (0, 1, 0), (0, 1, 1), (0, 0, 1)]),
+                        (index(x, y + 1, z), [(0, 0, 0), (0, 0, 1), (1, 0, 1), (1, 0, 0)]),
+                        (index(x, y, z + 1), [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]),
+                    ];
+                    for (other, around) in edges {
+                        if here == (value(other) < 0.0) {
+                            continue;
+                        }
+                        let mut quad = around.map(|(a, b, c)| vertex[index(x - a, y - b, z - c)]);
+                        if here {
+                            quad.reverse();
+                        }
+                        mesh.triangles.push([quad[0], quad[1], quad[2]]);
+                        mesh.triangles.push([quad[0], quad[2], quad[3]]);
+                    }
+                }
+            }
+        }
+        mesh.triangles.retain(|t| t.iter().all(|&v| v != u32::MAX));
+        mesh
+    }
+}
