@@ -25,6 +25,7 @@
 //! ```
 
 pub mod bench;
+mod distance;
 mod flat;
 mod geometry;
 mod grid;
@@ -36,6 +37,7 @@ mod simd;
 mod spheres;
 mod world;
 
+pub use distance::DistanceGrid;
 pub use flat::{Disk, Rectangle};
 pub use geometry::{Geometry, LocalHit, LocalSurface, RayGeometry};
 pub use grid::{GridPoints, GridRows, GridTracer, RayGrid};

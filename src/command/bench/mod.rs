@@ -39,6 +39,9 @@ pub(crate) struct BenchArgs {
     /// One small mesh made of formulas, and short runs: a check that it works more than a measurement
     #[arg(long)]
     quick: bool,
+    /// Folder for the maps of the technique `covariance`: predicted and optimal density, errors, filters
+    #[arg(long, value_name = "FOLDER")]
+    maps: Option<PathBuf>,
     #[command(flatten)]
     machine: MachineArgs,
 }

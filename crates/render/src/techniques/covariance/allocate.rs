@@ -17,7 +17,9 @@ pub(super) const FLOOR: f32 = 0.01;
 /// Samples that the prediction counts for, beside measured ones.
 const FAITH: f32 = 8.0;
 /// Neighbours on each side that are pooled at most.
-const REACH: isize = 4;
+const REACH: isize = 5;
+/// The part of L² that what varies within lens, shutter and pixel is taken to vary by: contrasts of pictures are about a half.
+const LENS: f32 = 0.1;
 /// The least share of the mean number of samples that a pixel has.
 const LEAST: f32 = 0.15;
 
@@ -48,15 +50,17 @@ fn pooled<T: Copy>(
     mut add: impl FnMut(T, f32),
 ) {
     let (x, y) = ((i % width) as isize, (i / width) as isize);
-    for dy in -REACH..=REACH {
-        for dx in -REACH..=REACH {
+    // Beyond it the weight is below e^(−4).
+    let reach = ((8.0 / s[0].min(s[2])).sqrt() as isize).min(REACH);
+    for dy in -reach..=reach {
+        for dx in -reach..=reach {
             let (u, v) = (x + dx, y + dy);
             if u < 0 || v < 0 || u >= width as isize || v >= height as isize {
                 continue;
             }
             let (fx, fy) = (dx as f32, dy as f32);
             let q = s[0] * fx * fx + 2.0 * s[1] * fx * fy + s[2] * fy * fy;
-            if q < 12.0 {
+            if q < 8.0 {
                 add(values[v as usize * width + u as usize], (-0.5 * q).exp());
             }
         }
@@ -78,18 +82,16 @@ impl Known {
             .into_par_iter()
             .with_min_len(256)
             .map(|i| {
-                let (mut weight, mut mean, mut square, mut within) = (0.0, 0.0, 0.0, 0.0);
+                let (mut weight, mut mean, mut deviation) = (0.0, 0.0, 0.0);
                 pooled(&statistics, [width, height], i, widened(forecasts[i].precision), |(v, m), w| {
                     weight += w;
                     mean += w * m;
-                    square += w * m * m;
-                    within += w * v;
+                    // Of roots: one bright sample does not speak for all around it.
+                    deviation += w * v.sqrt();
                 });
-                let (mean, within) = (mean / weight, within / weight);
-                // What pilots of neighbours differ by belongs to the noise of each, as far as they see the same light.
-                let between = (square / weight - mean * mean).max(0.0);
+                let (mean, deviation) = (mean / weight, deviation / weight);
                 let lens = mean * mean * forecasts[i].varies;
-                ((within.max(between) + 0.25 * lens) / (mean * mean + FLOOR)).sqrt()
+                ((deviation * deviation + LENS * lens) / (mean * mean + FLOOR)).sqrt()
             })
             .collect();
         Self { width, height, predicted, measured: vec![0.0; pixels.len()] }
@@ -151,5 +153,6 @@ impl Known {
 
 /// Within half of the widest filter, and always over the nearest neighbours a little.
 fn widened(s: [f32; 3]) -> [f32; 3] {
-    [s[0].clamp(0.05, 3.0), s[1].clamp(-1.5, 1.5), s[2].clamp(0.05, 3.0)]
+    let mean = (0.5 * (s[0] + s[2])).clamp(0.2, 1.5);
+    [mean, 0.0, mean]
 }

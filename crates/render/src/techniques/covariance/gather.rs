@@ -11,8 +11,13 @@ use rayon::prelude::*;
 use super::super::path::block::Block;
 use super::super::path::integrator::Integrator;
 use crate::camera_sample::CameraSampler;
-use crate::film::{Pixel, TILE_SIZE};
+use crate::film::Pixel;
 use crate::samplers::LANES;
+
+/// Columns and rows of a square: enough that blocks are full where few pixels want more samples.
+const SIDE: usize = 32;
+/// Columns and rows of the blocks that coherent rays travel in, within a square.
+const BLOCK: usize = 8;
 
 /// What tells the seeds of the halves apart.
 pub(super) const HALF: u64 = 0x5851_f42d_4c95_7f2d;
@@ -49,9 +54,9 @@ impl<T: Clone + Default> Square<T> {
     /// The film in squares.
     pub(super) fn cover(width: usize, height: usize) -> Vec<Self> {
         let mut squares = Vec::new();
-        for y in (0..height).step_by(TILE_SIZE) {
-            for x in (0..width).step_by(TILE_SIZE) {
-                let (columns, rows) = (TILE_SIZE.min(width - x), TILE_SIZE.min(height - y));
+        for y in (0..height).step_by(SIDE) {
+            for x in (0..width).step_by(SIDE) {
+                let (columns, rows) = (SIDE.min(width - x), SIDE.min(height - y));
                 squares.push(Self { x, y, width: columns, pixels: vec![T::default(); columns * rows] });
             }
         }
@@ -82,6 +87,14 @@ pub(super) fn flat<T, U: Clone + Default>(
     all
 }
 
+/// The pixels of a square, block by block.
+fn in_blocks(width: usize, count: usize) -> Vec<u16> {
+    let mut order: Vec<u16> = (0..count as u16).collect();
+    let key = |i: usize| (i / width / BLOCK, i % width / BLOCK, i);
+    order.sort_by_key(|&i| key(i as usize));
+    order
+}
+
 /// Gives every pixel the samples that it is to have. Returns the rays that took, and how many samples were not finite.
 pub(super) fn fill(
     integrator: &Integrator,
@@ -96,17 +109,19 @@ pub(super) fn fill(
         }
         let mut block = Block::new();
         let (mut traced, mut bad) = (0, 0);
+        let order = in_blocks(square.width, square.pixels.len());
         for half in 0..2 {
             // The first half has the odd one.
             let wanted = |pixel: &Halves| (pixel.target + 1 - half as u32) / 2;
             let begin = square.pixels.iter().map(|p| p.half[half].samples).min().unwrap_or(0);
             let end = square.pixels.iter().map(wanted).max().unwrap_or(0);
             for sample in begin..end {
-                let mut list = [0u8; TILE_SIZE * TILE_SIZE];
+                let mut list = [0u16; SIDE * SIDE];
                 let mut count = 0;
-                for (i, pixel) in square.pixels.iter().enumerate() {
+                for &i in &order {
+                    let pixel = &square.pixels[i as usize];
                     if pixel.half[half].samples == sample && sample < wanted(pixel) {
-                        list[count] = i as u8;
+                        list[count] = i;
                         count += 1;
                     }
                 }

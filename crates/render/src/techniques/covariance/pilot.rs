@@ -1,8 +1,10 @@
 //! Pilot paths: those of `path`, with the same estimator, that also say how fast their light varies at the film.
 
+use std::f64::consts::PI;
+
 use glam::{Vec2, Vec3};
 use halflight_frequency::covariance::{
-    Covariance5, Mean, Steps, kernel_precision, remaining, variance_within,
+    Covariance5, Mean, Steps, remaining, sampling_density, spatial_block, variance_within,
 };
 use halflight_scene::lights::{Arrival, luminance};
 use halflight_trace::{Hit, Ray};
@@ -36,11 +38,11 @@ pub(super) struct Forecast {
 pub(super) fn forecast(covariance: &Covariance5, axes: &FilmAxes) -> Forecast {
     let windows = axes.windows();
     let picture = remaining(covariance, &windows);
-    let block = halflight_frequency::covariance::spatial_block(covariance);
     Forecast {
-        precision: kernel_precision(&picture).map(|v| v as f32),
+        // Lens and shutter are integrated; a pinhole's lens has nothing to integrate, so the block stands as it is.
+        precision: spatial_block(&picture).map(|v| (4.0 * PI * PI * v) as f32),
         varies: variance_within(covariance, &windows) as f32,
-        density: halflight_frequency::covariance::sampling_density(block) as f32,
+        density: sampling_density(spatial_block(covariance)) as f32,
     }
 }
 

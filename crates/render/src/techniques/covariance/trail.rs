@@ -22,6 +22,9 @@ const LOBE_STEP: f32 = 0.02;
 /// Lobes wider than this (variance, radians²) leave no trace of curvature.
 pub(super) const DULL: f64 = 0.15;
 
+/// The share of the way to an edge that a window's deviation is.
+const SHARE: f32 = 0.33;
+
 /// A vertex on the way.
 #[derive(Clone, Copy)]
 pub(super) struct Node<'a> {
@@ -224,15 +227,17 @@ fn to_film(mut beam: Beam, nodes: &[Node], ray: Vec3, axes: &FilmAxes, mut steps
     film
 }
 
-/// What the edge that limits a pixel adds at the film: a window at its depth, half as wide as it is far away, that moves with
-/// it. Operators from there on are linear, so that it is a term of its own: for the least of rays, that of the pixel's middle.
+/// What the edge that limits a pixel adds at the film: a window at its depth that moves with it. Its deviation is a share of the
+/// way to the edge, so small that a filter of two and a half of them does not reach it, and twice that along the edge,
+/// which may bend. Operators from there on are linear, so that it is a term of its own: for the least of rays, that of the pixel's middle.
 pub(super) fn edge(edge: &Edge, ray: Vec3, axes: &FilmAxes) -> Covariance5 {
     let radius = edge.offset.length() * axes.pixel * edge.depth;
     let velocity = axes.across(ray).map(|axis| f64::from(edge.velocity.dot(axis)));
     let angle = f64::from(edge.offset.y.atan2(edge.offset.x));
     let cos = ray.dot(axes.ahead).max(0.1);
     let light = Covariance5::ZERO
-        .occlude_towards(angle, f64::from(0.5 * radius))
+        .occlude_towards(angle, f64::from(SHARE * radius))
+        .occlude_towards(angle + std::f64::consts::FRAC_PI_2, f64::from(2.0 * SHARE * radius))
         .out_of_motion(velocity, [0.0; 2])
         .travel(f64::from(edge.depth / cos));
     axes.film(ray, &light)
