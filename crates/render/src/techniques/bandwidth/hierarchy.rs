@@ -18,7 +18,6 @@ use rayon::prelude::*;
 use super::parts::Shares;
 use super::predict::{Buffer, COARSEST, FEWEST, Predicted};
 use super::pyramid::MinPyramid;
-use super::samples::MOST_SAMPLES;
 use super::shade::Shader;
 use super::surface::{SurfacePoint, Surfaces};
 
@@ -28,8 +27,8 @@ const PLANE: f32 = 0.35;
 const TURNED: f32 = 0.8;
 /// Least share of the weights that has to remain, and where the pixel itself asks for a level coarser still.
 const REMAINS: [f32; 2] = [0.5, 0.2];
-/// Most samples of a pixel for being beside others that have many.
-const BESIDE: u32 = 256;
+/// Most samples of a point for speaking for many pixels.
+const MOST_FOR_MANY: u32 = 512;
 /// Weight of the tilt in the exponent, for steps in spacings of the coarser lattice.
 const TILTED: f32 = 1.0;
 /// Bound of the tilt, so that grazing points keep weights at all.
@@ -110,11 +109,10 @@ pub(super) fn shade(shader: &Shader, surfaces: &Surfaces, buffer: &Buffer) -> Sh
                     if !point.is_there() {
                         continue;
                     }
-                    // What speaks for many pixels may cost as much as they would; and what is shaded beside them, because an
-                    // edge is near, must not differ from them.
+                    // What speaks for many pixels may cost as much as they would. The level that is asked for decides, not
+                    // that of the lattice: what is shaded beside it, on another lattice or along an edge, must not differ.
                     let predicted = &buffer.pixels[index];
-                    let beside = (FEWEST << (2 * predicted.level.max(0))).min(BESIDE);
-                    let fewest = ((FEWEST << (2 * k)) / 4).clamp(FEWEST, MOST_SAMPLES as u32).max(beside);
+                    let fewest = ((FEWEST << (2 * predicted.level.max(0))) / 2).clamp(FEWEST, MOST_FOR_MANY);
                     let samples = predicted.samples.map(u32::from);
                     let samples = samples.map(|n| if n > 1 { n.max(fewest) } else { n });
                     let shares = shader.shares(point, place.map(|p| p as u32), samples, &mut room);

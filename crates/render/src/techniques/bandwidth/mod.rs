@@ -61,6 +61,9 @@ use surface::{SurfacePoint, Surfaces};
 /// Most looks at a picture.
 const MAX_LOOKS: u32 = 1 << 16;
 
+/// Most points whose memory is kept for the next picture: 100 MB.
+const MOST_KEPT: usize = 1 << 20;
+
 /// The technique `bandwidth`.
 #[derive(Default)]
 pub struct BandwidthTechnique {
@@ -134,7 +137,9 @@ impl BandwidthTechnique {
             look.finer = stages
                 .time("antialiasing", || antialias::refine(shader, &surfaces, buffer, pixels, side, offset));
         }
-        *self.room.lock().unwrap_or_else(PoisonError::into_inner) = surfaces.points;
+        if surfaces.points.len() <= MOST_KEPT {
+            *self.room.lock().unwrap_or_else(PoisonError::into_inner) = surfaces.points;
+        }
         look
     }
 }
@@ -256,7 +261,7 @@ impl BandwidthTechnique {
         if look.buffer.is_some() {
             notes.push(format!(
                 "shaded {:.1} % of the {} pixels that show something, by {:.0} samples each on the average; tables of {:.0} MB",
-                100.0 * shaded as f64 / look.covered.max(1) as f64,
+                (100.0 * shaded as f64 / look.covered.max(1) as f64).min(100.0),
                 look.covered,
                 samples as f64 / shaded.max(1) as f64,
                 memory as f64 / 1e6,

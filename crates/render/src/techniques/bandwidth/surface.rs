@@ -2,18 +2,20 @@
 //!
 //! A point keeps where it is and how it lies, and by instance and texture coordinates what it is made of, so that its
 //! reflectance is looked up again where it is shaded, and nowhere else. Normal maps are in the normals; displacement is in
-//! the geometry. From the ray caster, eight by eight pixels at a time: about 0.1 µs a pixel.
+//! the geometry. From the grid of the camera's rays, which rasterises what is cheaper that way: 0.1 µs a pixel on one core.
 
 use glam::{Vec2, Vec3};
 use halflight_material::{Bsdf, SurfaceInput};
 use halflight_scene::Frame;
 use halflight_scene::camera::View;
-use halflight_trace::{Hit, Ray};
+use halflight_trace::{GridRows, Hit, Ray};
 use rayon::prelude::*;
 
 use crate::gbuffer::BLOCK;
 use crate::vertex::shading_axes;
 
+/// Rows that are looked at in one piece of work.
+const BAND: usize = 16;
 /// The material of a pixel that shows nothing.
 const NOTHING: u32 = u32::MAX;
 
@@ -128,20 +130,24 @@ impl Surfaces {
         offset: Vec2,
         room: Vec<SurfacePoint>,
     ) -> Self {
-        let view = frame.camera.view(width, height);
+        let grid = frame.camera.view(width, height).grid(offset, width, height);
+        let tracer = frame.world.grid(grid);
         let mut points = room;
         points.resize(width * height, SurfacePoint::nothing(Vec3::Z));
-        points.par_chunks_mut(width * BLOCK).enumerate().for_each(|(band, rows)| {
-            let lines = rows.len() / width;
-            for left in (0..width).step_by(BLOCK) {
-                let columns = BLOCK.min(width - left);
-                let corner = Vec2::new(left as f32, (band * BLOCK) as f32) + offset;
-                let place = |i: usize| corner + Vec2::new((i % columns) as f32, (i / columns) as f32);
-                look_together(frame, &view, columns * lines, place, |i, point| {
-                    rows[i / columns * width + left + i % columns] = point;
-                });
-            }
-        });
+        points.par_chunks_mut(width * BAND).enumerate().for_each_init(
+            || (GridRows::default(), vec![None; width * BAND]),
+            |(room, hits), (band, points)| {
+                let (top, hits) = (band * BAND, &mut hits[..points.len()]);
+                tracer.rows(top, room, hits);
+                for (i, (hit, out)) in hits.iter().zip(points).enumerate() {
+                    let ray = grid.ray(i % width, top + i / width);
+                    *out = match hit {
+                        Some(hit) => point(frame, &ray, hit),
+                        None => SurfacePoint::nothing(ray.direction),
+                    };
+                }
+            },
+        );
         Self { width, height, points }
     }
 
