@@ -26,7 +26,7 @@ use crate::unit::UnitSpace;
 pub const FIELD_VERSION: u32 = 1;
 
 const KEY: &str = "halflight-ddf";
-const ASKED: &str = "read a field of directed distances";
+const ASKED: &str = "field of directed distances";
 
 #[derive(Debug, Serialize, Deserialize)]
 struct Header {
@@ -82,7 +82,7 @@ impl DirectedField {
     /// If the file cannot be written.
     pub fn save(&self, path: &Path) -> Result<(), SaveError> {
         let bytes = self.encode();
-        write_whole(path, "write a field of directed distances", |to| to.write_all(&bytes))
+        write_whole(path, ASKED, |to| to.write_all(&bytes))
     }
 
     /// Reads a field's file.

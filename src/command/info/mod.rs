@@ -1,5 +1,6 @@
 //! `halflight info`: what is in a file.
 
+mod field_file;
 mod model;
 mod picture;
 
@@ -31,6 +32,7 @@ pub(crate) fn run(args: &InfoArgs, console: Console) -> Result<(), Failure> {
     let Description { text, json } = match extension(path).as_str() {
         "ply" | "obj" | "gltf" | "glb" => model::describe(path)?,
         "binary" => brdf::describe(path)?,
+        "ddf" => field_file::describe(path)?,
         "toml" => scene(path)?,
         _ if demo::built_in(path)?.is_some() => scene(path)?,
         // Pictures are told by their first bytes; for anything else their reader says what is known.

@@ -332,3 +332,140 @@ pub(crate) fn answer_with_gradient<const F: usize, T: Table + ?Sized>(
     *by_inputs = upper;
     (answer, corners)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::grid::Cells;
+    use crate::random::Random;
+    use glam::{UVec3, Vec3};
+    use halflight_shape::procedural::mesh::ico_sphere;
+
+    fn setting(roundness: f32) -> (FastShape, Vec<Level>, Parameters, Vec<LocalSample>) {
+        let shape =
+            FastShape { resolution: 8, levels: vec![0, 1], layers: 3, roundness, ..FastShape::default() };
+        let mut mesh = ico_sphere(3.0, 2);
+        mesh.positions.iter_mut().for_each(|p| *p += Vec3::splat(4.0));
+        let cells = Cells::of_mesh(&mesh, 8);
+        let levels: Vec<Level> = shape.levels.iter().map(|&shift| Level::new(&cells, shift)).collect();
+        let mut parameters = Parameters::zeros(&shape, &levels);
+        let mut random = Random::new(8, 0, 0);
+        let all = parameters.tables.iter_mut().flatten().chain(&mut parameters.network);
+        all.for_each(|v| *v = 0.3 * random.normal());
+        let mut occupied: Vec<UVec3> = Vec::new();
+        cells.for_each(|cell| occupied.push(cell));
+        let samples = (0..50)
+            .map(|i| {
+                let cell = occupied[random.below(occupied.len())];
+                let within = Vec3::new(random.float(), random.float(), random.float());
+                let part = Part {
+                    cell,
+                    start: cell.as_vec3() + within,
+                    direction: random.direction(),
+                    length: random.float(),
+                };
+                LocalSample { part, hit: if i % 3 == 0 { -1.0 } else { random.float() }, weight: 0.7 }
+            })
+            .collect();
+        (shape, levels, parameters, samples)
+    }
+
+    struct Once<'a> {
+        shape: &'a FastShape,
+        levels: &'a [Level],
+        parameters: &'a Parameters,
+        samples: &'a [LocalSample],
+    }
+
+    impl pulp::WithSimd for Once<'_> {
+        type Output = (Loss, Parameters);
+        #[inline(always)]
+        fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+            let mut gradient = Parameters::zeros(self.shape, self.levels);
+            let mut transposed = Vec::new();
+            transpose(self.shape, &self.parameters.network, &mut transposed);
+            let mut tile = Tile::new(self.shape);
+            let loss = tile.learn::<S, false, 8>(
+                simd,
+                self.shape,
+                self.levels,
+                self.parameters,
+                &transposed,
+                self.samples,
+                2.0,
+                &mut gradient,
+            );
+            (loss, gradient)
+        }
+    }
+
+    #[test]
+    fn the_gradient_of_the_loss_equals_differences_for_features_weights_and_biases() {
+        for roundness in [0.0, 0.5] {
+            let (shape, levels, parameters, samples) = setting(roundness);
+            let run = |parameters: &Parameters| {
+                let once = Once { shape: &shape, levels: &levels, parameters, samples: &samples };
+                pulp::Arch::new().dispatch(once)
+            };
+            let total = |parameters: &Parameters| {
+                let loss = run(parameters).0;
+                loss.visibility + 2.0 * loss.distance
+            };
+            let gradient = run(&parameters).1;
+            let (mut good, mut all) = (0, 0);
+            let mut check = |found: f32, change: &dyn Fn(&mut Parameters, f32)| {
+                let h = 2e-3;
+                let at = |s: f32| {
+                    let mut other = parameters.clone();
+                    change(&mut other, s);
+                    total(&other)
+                };
+                let slope = (at(h) - at(-h)) / f64::from(2.0 * h);
+                all += 1;
+                good += usize::from((slope - f64::from(found)).abs() < 0.03 * (1.0 + slope.abs()));
+            };
+            for (number, table) in gradient.tables.iter().enumerate() {
+                for index in (0..table.len()).step_by(97) {
+                    check(table[index], &|p, s| p.tables[number][index] += s);
+                }
+            }
+            for index in (0..gradient.network.len()).step_by(53) {
+                check(gradient.network[index], &|p, s| p.network[index] += s);
+            }
+            // A difference across a corner of ReLU or of the rounded error is no slope.
+            assert!(all > 60 && good * 50 > all * 48, "{good} of {all}");
+        }
+    }
+
+    #[test]
+    fn one_part_is_answered_as_many_are() {
+        let (shape, levels, parameters, samples) = setting(0.0);
+        struct Both<'a>(&'a FastShape, &'a [Level], &'a Parameters, &'a [LocalSample]);
+        impl pulp::WithSimd for Both<'_> {
+            type Output = ();
+            #[inline(always)]
+            fn with_simd<S: Simd>(self, simd: S) {
+                let Both(shape, levels, parameters, samples) = self;
+                let mut tile = Tile::new(shape);
+                tile.run::<S, false, 8>(simd, shape, levels, parameters, samples);
+                let tables: Vec<&[f32]> = parameters.tables.iter().map(Vec::as_slice).collect();
+                for (index, sample) in samples.iter().enumerate() {
+                    let one = answer::<S, false, 8, [f32]>(
+                        simd,
+                        shape,
+                        levels,
+                        &tables,
+                        &[1.0; 4],
+                        &parameters.network,
+                        &sample.part,
+                    );
+                    assert!((one.logit - tile.outputs[index * OUTPUTS]).abs() < 1e-3);
+                    assert!((one.distance - tile.outputs[index * OUTPUTS + 1]).abs() < 1e-3);
+                }
+            }
+        }
+        for arch in [pulp::Arch::Scalar, pulp::Arch::new()] {
+            arch.dispatch(Both(&shape, &levels, &parameters, &samples));
+        }
+    }
+}

@@ -14,7 +14,7 @@ use super::FieldSample;
 pub const SAMPLES_VERSION: u32 = 1;
 
 const NAME: &str = "halflight-ddf-samples";
-const ASKED: &str = "read samples of a field";
+const ASKED: &str = "samples of a field";
 const RECORD: usize = 7 * 4;
 
 impl FieldSample {
@@ -23,7 +23,7 @@ impl FieldSample {
     /// # Errors
     /// If the file cannot be written.
     pub fn save(samples: &[FieldSample], path: &Path) -> Result<(), SaveError> {
-        write_whole(path, "write samples of a field", |to| {
+        write_whole(path, ASKED, |to| {
             writeln!(to, "{NAME} {SAMPLES_VERSION} {}", samples.len())?;
             for sample in samples {
                 let (o, d) = (sample.origin, sample.direction);

@@ -13,7 +13,7 @@ use super::{FastTrainer, TrainOptions};
 use crate::unit::mesh_hash;
 
 const VERSION: u32 = 1;
-const ASKED: &str = "go on with the training of a field";
+const ASKED: &str = "checkpoint of a training";
 
 #[derive(Serialize, Deserialize)]
 struct Header {
@@ -35,7 +35,7 @@ impl FastTrainer {
             mesh: mesh_hash(&self.mesh),
             step: self.step,
         };
-        write_whole(path, "write a checkpoint of a training", |to| {
+        write_whole(path, ASKED, |to| {
             writeln!(to, "{}", serde_json::to_string(&header)?)?;
             for values in self.state() {
                 for value in values {
