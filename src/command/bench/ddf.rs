@@ -98,6 +98,7 @@ pub(super) fn measure(args: &BenchArgs) -> Result<Findings, Failure> {
         }
     }
     notes.push("millions of rays for each second of processor time, one thread, ray by ray".into());
+    notes.push("bounce rays start on the mesh, not off it by the field's error: many meet the field where they start".into());
     notes.push("right: rays for which hit or miss is that of the mesh; in brackets the Chamfer distance of two clouds of the mesh itself".into());
     Ok(Findings { title: "Fields of directed distances", table, notes })
 }
