@@ -64,7 +64,7 @@ impl Covariance {
         let _ = write!(text, "{steps}");
         let limit = &look.edges[y * width + x];
         let shading = found.covariance.covariance();
-        let covariance = shading.plus(&edge(limit, axes.direction(x, y), &axes));
+        let covariance = found.beside(&edge(limit, axes.direction(x, y), &axes));
         let forecast = forecast(&covariance, &axes);
         let shape = Shape::new(forecast.precision, self.settings.widest_filter);
         let mut mean = Steps::default();

@@ -30,7 +30,6 @@ mod trail;
 
 use std::time::{Duration, Instant};
 
-use halflight_frequency::covariance::{Covariance5, Mean};
 use halflight_scene::Frame;
 use rayon::prelude::*;
 
@@ -94,31 +93,29 @@ fn foretell(pilots: &Pilots, look: &Look, camera: &CameraSampler, count: u32) ->
     let mut forecasts = vec![Forecast::default(); width * height];
     forecasts.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
         for (x, out) in row.iter_mut().enumerate() {
-            let shading = around(&cells, [columns, rows], [x, y]);
+            let found = around(&cells, [columns, rows], [x, y]);
             let ray = pilots.axes.direction(x, y);
-            *out = forecast(
-                &shading.plus(&trail::edge(&look.edges[y * width + x], ray, pilots.axes)),
-                pilots.axes,
-            );
+            let edge = trail::edge(&look.edges[y * width + x], ray, pilots.axes);
+            *out = forecast(&found.beside(&edge), pilots.axes);
         }
     });
     (forecasts, cells.len() as u64 * u64::from(count) * 8)
 }
 
-/// The mean of the four cells about a pixel.
-fn around(cells: &[Found], [columns, rows]: [usize; 2], [x, y]: [usize; 2]) -> Covariance5 {
+/// The four cells about a pixel together.
+fn around(cells: &[Found], [columns, rows]: [usize; 2], [x, y]: [usize; 2]) -> Found {
     let half = CELL / 2;
     let pair = |at: usize, count: usize| {
         let first = (at + half) / CELL;
         [first.saturating_sub(1), first.min(count - 1)]
     };
-    let mut mean = Mean::default();
+    let mut all = Found::default();
     for v in pair(y, rows) {
         for u in pair(x, columns) {
-            mean.merge(&cells[v * columns + u].covariance);
+            all.merge(&cells[v * columns + u]);
         }
     }
-    mean.covariance()
+    all
 }
 
 impl Technique for Covariance {

@@ -21,6 +21,24 @@ use crate::vertex::Vertex;
 pub(super) struct Found {
     /// Mean covariance at the film, edges left out.
     pub(super) covariance: Mean<5>,
+    /// The part of its weight that comes from surfaces: what a medium sends on the way is not cut by their edges.
+    pub(super) of_surfaces: f64,
+}
+
+impl Found {
+    /// Adds what others have found.
+    pub(super) fn merge(&mut self, other: &Self) {
+        self.covariance.merge(&other.covariance);
+        self.of_surfaces += other.of_surfaces;
+    }
+
+    /// All together, with what an edge adds to the light of surfaces.
+    pub(super) fn beside(&self, edge: &Covariance5) -> Covariance5 {
+        let total = self.covariance.weight;
+        let share = if total > 0.0 { (self.of_surfaces / total).clamp(0.0, 1.0) } else { 1.0 };
+        let edge = Covariance5 { rows: edge.rows.map(|row| row.map(|v| v * share)) };
+        self.covariance.covariance().plus(&edge)
+    }
 }
 
 /// What follows for samples and filter.
@@ -185,6 +203,9 @@ impl<'a> Pilots<'a> {
             && let Some((covariance, weight)) = swept(&nodes, end, first, self.axes)
         {
             found.covariance.add(&covariance, f64::from(weight));
+            if nodes.first().is_none_or(|node| node.anisotropy.is_none()) {
+                found.of_surfaces += f64::from(weight);
+            }
         }
         radiance
     }

@@ -19,8 +19,10 @@ use super::gather::Halves;
 pub(super) const SCALES: [f32; 5] = [0.0, 0.353_553_4, 0.5, std::f32::consts::FRAC_1_SQRT_2, 1.0];
 /// A filter ends after so many standard deviations.
 const REACH: f32 = 2.5;
-/// Standard deviation over which errors are averaged before they are compared, pixels.
-const JUDGE: f32 = 3.5;
+/// Standard deviation over which errors are averaged before they are compared, pixels, from least to most, and what it is
+/// times the root of the samples: many samples tell edges by themselves that nobody has foretold.
+const JUDGE: [f32; 2] = [1.2, 3.5];
+const JUDGE_AT_ONE: f32 = 10.0;
 
 /// A filtered picture.
 pub(super) struct Picture {
@@ -82,11 +84,14 @@ pub(super) fn reconstruct(
     filtered.par_chunks_mut(width).enumerate().for_each(|(y, out)| {
         simd.run(Row { halves: &halves, shapes: &shapes[y * width..(y + 1) * width], size, y, out });
     });
+    let count: f64 = halves.iter().map(|s| f64::from(s[3] + s[7])).sum();
+    let mean = (count / halves.len().max(1) as f64).max(1.0) as f32;
+    let judge = (JUDGE_AT_ONE / mean.sqrt()).clamp(JUDGE[0], JUDGE[1]);
     let errors: Vec<Vec<f32>> = (0..SCALES.len())
         .map(|scale| {
             let squared =
                 halves.par_iter().zip(&filtered).map(|(halves, all)| squared_error(halves, all, scale));
-            smoothed(&squared.collect::<Vec<f32>>(), size)
+            smoothed(&squared.collect::<Vec<f32>>(), size, judge)
         })
         .collect();
     let mut radiance = vec![Vec3::ZERO; pixels.len()];
@@ -195,9 +200,9 @@ fn squared_error(halves: &Sums, all: &[Three; SCALES.len()], scale: usize) -> f3
 }
 
 /// Local means.
-fn smoothed(values: &[f32], [width, height]: [usize; 2]) -> Vec<f32> {
-    let reach = (2.5 * JUDGE) as isize;
-    let kernel: Vec<f32> = (-reach..=reach).map(|d| (-0.5 * (d as f32 / JUDGE).powi(2)).exp()).collect();
+fn smoothed(values: &[f32], [width, height]: [usize; 2], judge: f32) -> Vec<f32> {
+    let reach = (2.5 * judge).ceil() as isize;
+    let kernel: Vec<f32> = (-reach..=reach).map(|d| (-0.5 * (d as f32 / judge).powi(2)).exp()).collect();
     let pass = |values: &[f32], across: bool| {
         let mut result = vec![0.0; values.len()];
         result.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
