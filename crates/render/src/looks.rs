@@ -48,6 +48,7 @@ pub(crate) fn add_looks(
     room: &Room,
     mut shade: impl FnMut(&GBuffer, &mut Stages) -> Vec<Vec3>,
 ) {
+    report.notes.extend(left_out(frame));
     each_look(
         film,
         (budget, deadline),
@@ -62,6 +63,18 @@ pub(crate) fn add_looks(
             (picture, rays)
         },
     );
+}
+
+/// What a g-buffer shows of a camera's lens and shutter, if that is less than there is.
+fn left_out(frame: &Frame) -> Option<String> {
+    let lens = frame.camera.aperture_radius > 0.0;
+    let what = match (lens, frame.shutter_is_open()) {
+        (false, false) => return None,
+        (true, false) => "the lens counts as a pinhole",
+        (false, true) => "the shutter counts as the moment it opens",
+        (true, true) => "the lens counts as a pinhole, the shutter as the moment it opens",
+    };
+    Some(format!("{what}: nothing is blurred (path and covariance blur)"))
 }
 
 /// The loop of [`add_looks`], for techniques with a g-buffer of their own: `look` is given the size of the picture, the

@@ -11,6 +11,8 @@ use halflight_sh::Sh;
 use halflight_sh::project::{kept_energy, lat_long_direction, lat_long_solid_angle};
 use rayon::prelude::*;
 
+use crate::technique::TechniqueError;
+
 /// A direction of the world in the frame of the harmonics, whose polar axis is the world's up.
 #[inline]
 pub(crate) fn axes(direction: Vec3) -> [f32; 3] {
@@ -28,6 +30,23 @@ pub(crate) struct FrameLight<const ORDER: usize> {
     pub(crate) radiance: Colors<ORDER>,
     /// The part of the map's energy that the order keeps.
     pub(crate) kept: f64,
+}
+
+/// Radiance beyond this would overflow when its harmonics are multiplied.
+const BRIGHTEST: f32 = 1e30;
+
+/// Why the environment cannot be worked with in harmonics, if it cannot.
+pub(crate) fn refuse_too_bright(lights: &Lights, technique: &'static str) -> Result<(), TechniqueError> {
+    let mean = lights.environment().map_or(Vec3::ZERO, |environment| environment.mean_radiance());
+    if mean.is_finite() && mean.max_element() <= BRIGHTEST {
+        return Ok(());
+    }
+    let reason = format!(
+        "its environment has a mean radiance of {:.1e}, and beyond {BRIGHTEST:.0e} products of harmonics overflow (scale it \
+         down with the environment's `intensity`)",
+        mean.max_element()
+    );
+    Err(TechniqueError { technique, reason })
 }
 
 /// A projected map.
@@ -134,5 +153,18 @@ mod tests {
             assert!((*sh - Sh::constant(value)).norm() < 1e-3 * value);
         }
         assert!(known.kept > 0.999);
+    }
+
+    #[test]
+    fn light_that_would_overflow_is_refused() {
+        let of = |radiance: f32| {
+            let map = Arc::new(EnvironmentMap::new(RgbImage::from_fn(8, 4, |_, _| [radiance; 3])));
+            let environment = Environment { map, rotation: 0.0, intensity: Vec3::ONE };
+            refuse_too_bright(&Lights::new(Some(environment), Vec::new(), Vec::new(), 1.0), "shexp")
+        };
+        assert!(of(1e20).is_ok() && refuse_too_bright(&Lights::default(), "shexp").is_ok());
+        for radiance in [1e31, 1.7e38, 3e38] {
+            assert!(of(radiance).unwrap_err().to_string().contains("overflow"), "{radiance}");
+        }
     }
 }

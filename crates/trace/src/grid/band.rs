@@ -3,6 +3,7 @@
 use super::fill::{Batch, NOTHING, Rows};
 use super::project::Projection;
 use super::{GridTracer, LEAVES, Piece};
+use glam::Vec3;
 use halflight_shape::HeightField;
 
 use crate::height_field::{BLOCK_CELLS, HeightFieldTracer};
@@ -98,10 +99,11 @@ fn leaves(rows: &mut Rows, mesh: &MeshTracer, projection: &Projection, piece: &P
         while apart != 0 {
             let lane = apart.trailing_zeros() as usize;
             apart &= apart - 1;
-            let mut corners = [[0.0; 3]; 3];
-            for (corner, [x, y, z]) in corners.iter_mut().zip(&leaf.corners) {
-                *corner = projection.of(x[lane], y[lane], z[lane]);
-            }
+            let corner = |k: usize| {
+                let [x, y, z] = &leaf.corners[k];
+                projection.exactly(Vec3::new(x[lane], y[lane], z[lane]))
+            };
+            let corners = [corner(0), corner(1), corner(2)];
             rows.across_the_eye(corners, piece.instance, leaf.triangles[lane]);
         }
     }
@@ -140,10 +142,8 @@ fn block(rows: &mut Rows, tracer: &HeightFieldTracer, projection: &Projection, p
             while apart != 0 {
                 let primitive = primitives[apart.trailing_zeros() as usize];
                 apart &= apart - 1;
-                let mut corners = [[0.0; 3]; 3];
-                for (corner, (at, _)) in corners.iter_mut().zip(&tracer.corners(primitive, 0.0)) {
-                    *corner = projection.of(at.x, at.y, at.z);
-                }
+                let [a, b, c] = tracer.corners(primitive, 0.0);
+                let corners = [projection.exactly(a.0), projection.exactly(b.0), projection.exactly(c.0)];
                 rows.across_the_eye(corners, piece.instance, primitive);
             }
         }

@@ -151,9 +151,7 @@ impl Rows {
     /// A triangle with corners (x T, y T, T) of which some are behind the eye or far outside: its edge functions in
     /// three coordinates, within the box of the part before the eye.
     #[inline(never)]
-    pub(super) fn across_the_eye(&mut self, corners: [[f32; 3]; 3], instance: u32, primitive: u32) {
-        let exact = |corner: [f32; 3]| DVec3::new(corner[0].into(), corner[1].into(), corner[2].into());
-        let (a, b, c) = (exact(corners[0]), exact(corners[1]), exact(corners[2]));
+    pub(super) fn across_the_eye(&mut self, [a, b, c]: [DVec3; 3], instance: u32, primitive: u32) {
         let (low, high) = in_front([(a, b), (b, c), (c, a)]);
         let (first, last) = (self.top as f64, (self.top + self.count - 1) as f64);
         let right = self.columns as f64 - 1.0;

@@ -39,7 +39,7 @@ impl Extent {
 }
 
 /// Nearer to the eye's plane than this part of the farthest end of an edge nothing is looked for.
-const NEAREST: f64 = 1e-7;
+const NEAREST: f64 = 1e-20;
 
 /// The box on the grid around what lies before the eye of edges between points (x T, y T, T).
 pub(super) fn in_front<const N: usize>(edges: [(DVec3, DVec3); N]) -> ([f64; 2], [f64; 2]) {
@@ -100,6 +100,12 @@ impl Projection {
             q[0] * x + q[1] * y + (q[2] * z + q[3]),
             r[0] * x + r[1] * y + (r[2] * z + r[3]),
         ]
+    }
+
+    /// [`Self::of`] without a rounding to floats: where a triangle is far larger than its distance to the eye, its corners
+    /// say nothing of that distance in floats.
+    pub(super) fn exactly(&self, point: Vec3) -> DVec3 {
+        self.exact.transform_point3(point.as_dvec3())
     }
 
     /// The rays of the grid that may see something in a box. A little wider, for roundings.

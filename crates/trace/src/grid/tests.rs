@@ -147,6 +147,26 @@ fn the_grid_finds_what_its_rays_find() {
 }
 
 #[test]
+fn ground_far_larger_than_the_height_of_the_eye_is_there() {
+    for half in [1e5, 1e6, 1e7] {
+        for height in [0.05, 0.5, 1.7] {
+            let world = World::build(
+                vec![placed(floor(half), Vec3::new(0.0, 1.7, 0.0), 0.3, Vec3::ONE)],
+                Simd::detect(),
+            );
+            let grid = camera(Vec3::new(0.0, height, 0.0), Vec3::new(0.0, 0.0, -height), 0.8);
+            let hits = hits_of(&world, &grid, 16).0;
+            // The lowest rays look at the ground just before the eye.
+            for (i, hit) in hits[COLUMNS * (ROWS / 2)..].iter().enumerate() {
+                let hit = hit.unwrap_or_else(|| panic!("{half}, {height}: ray {i} sees no ground"));
+                let ray = grid.ray(i % COLUMNS, ROWS / 2 + i / COLUMNS);
+                assert!((ray.at(hit.t).y).abs() < 1e-3 * hit.t, "{half}, {height}: {}", ray.at(hit.t));
+            }
+        }
+    }
+}
+
+#[test]
 fn hits_lie_on_their_rays() {
     let world = World::build(
         vec![

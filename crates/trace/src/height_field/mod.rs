@@ -321,8 +321,10 @@ impl RayGeometry for HeightFieldTracer {
         } else {
             normal
         };
-        // Interpolation makes up to six roundings of numbers no greater than these.
-        let greatest = low.abs().max(high.abs());
+        // Interpolation makes up to six roundings of numbers no greater than these; and the march of a ray from here counts
+        // cells from the field's corner in floats, wherever in the field it is.
+        let extent = field.max - field.min;
+        let greatest = low.abs().max(high.abs()).max(Vec3::new(extent.x, 0.0, extent.y));
         let tallest = h00.abs().max(h10.abs()).max(h01.abs()).max(h11.abs());
         LocalSurface {
             position,

@@ -226,6 +226,28 @@ fn what_lies_far_away_or_is_tiny_or_huge_is_hit_just_as_well() {
 }
 
 #[test]
+fn rays_leave_a_wide_field_at_its_origin_as_anywhere_else() {
+    // Near the origin positions are small, but the field is wide: what the march cannot resolve is not.
+    let columns = 768;
+    let height = |x: f32, z: f32| 0.05 * (1.3 * x).sin() + 0.05 * (1.1 * z).sin();
+    let at = |i: usize| i as f32 / (columns - 1) as f32 * 96.0 - 48.0;
+    let heights = (0..columns * columns).map(|post| height(at(post % columns), at(post / columns))).collect();
+    let field = HeightField::new(columns, columns, Vec2::splat(-48.0), Vec2::splat(48.0), heights).unwrap();
+    let tracer = HeightFieldTracer::build(Arc::new(field));
+    let mut numbers = Numbers(3);
+    for _ in 0..20_000 {
+        let from = numbers.point(Vec3::new(-1.0, 4.0, -1.0), Vec3::new(1.0, 5.0, 1.0));
+        let down = Ray::new(from, Vec3::NEG_Y);
+        let hit = tracer.closest(&down).expect("the field is below");
+        let surface = tracer.surface(&down, &hit);
+        let normal = surface.geometric_normal;
+        let offset = surface.position_error * normal.abs().element_sum();
+        let out = Ray { t_max: 1e-2, ..Ray::new(surface.position + normal * offset, normal) };
+        assert!(!tracer.occluded(&out), "{hit:?}");
+    }
+}
+
+#[test]
 fn a_ray_leaves_the_surface_that_it_starts_from() {
     let field = Arc::new(hills(64, 64, 4));
     let tracer = HeightFieldTracer::build(field.clone());

@@ -43,7 +43,7 @@ pub use settings::{PrtSettings, TransferKind};
 use crate::film::Film;
 use crate::gbuffer::Room;
 use crate::looks::{Stages, add_looks};
-use crate::sh_light::{LightCache, SHARP_LIGHT};
+use crate::sh_light::{LightCache, SHARP_LIGHT, refuse_too_bright};
 use crate::technique::{Budget, Deadline, Progress, RenderReport, Technique, TechniqueError};
 use key::Key;
 use receivers::Receivers;
@@ -150,6 +150,13 @@ impl Prt {
         progress: &dyn Progress,
     ) -> Result<Option<Transfer>, TechniqueError> {
         let path = self.settings.cache.as_ref().map(|cache| cache_file(&cache.path, key));
+        if let Some(path) = path.as_ref().filter(|path| !cache::may_replace(path)) {
+            let reason = format!(
+                "`cache` names {}, which is no transfer cache and is not written over (name another file, or remove it)",
+                path.display()
+            );
+            return Err(TechniqueError { technique: NAME, reason });
+        }
         if let Some(path) = &path {
             match cache::load(path, key, frame, receivers, &self.settings) {
                 Ok(Some(transfer)) => {
@@ -268,6 +275,7 @@ impl Technique for Prt {
         progress: &dyn Progress,
     ) -> Result<RenderReport, TechniqueError> {
         let deadline = Deadline::new(budget.seconds);
+        refuse_too_bright(&frame.lights, NAME)?;
         let Some((light, kept)) = self.lights.light(&frame.lights, self.settings.order) else {
             let reason =
                 "it has no environment, and this technique shades by nothing else (give it one, or use path)";

@@ -38,7 +38,7 @@ pub use settings::ShadowFieldsSettings;
 use crate::film::Film;
 use crate::gbuffer::Room;
 use crate::looks::{Stages, add_looks};
-use crate::sh_light::{FrameLight, LightCache, SHARP_LIGHT};
+use crate::sh_light::{FrameLight, LightCache, SHARP_LIGHT, refuse_too_bright};
 use crate::technique::{Budget, Deadline, Progress, RenderReport, Technique, TechniqueError};
 use entity::Cast;
 use flat::FlatTable;
@@ -130,6 +130,7 @@ impl<const ORDER: usize> Prepared<ORDER> {
         progress: &dyn Progress,
     ) -> Result<RenderReport, TechniqueError> {
         let deadline = Deadline::new(budget.seconds);
+        refuse_too_bright(&frame.lights, NAME)?;
         let cast = self.cast.as_ref().ok_or_else(|| failure("its fields are not prepared"))?;
         let stage = Stage::new(cast, frame)
             .ok_or_else(|| failure("its fields were prepared for a scene of other objects"))?;

@@ -36,7 +36,7 @@ pub use settings::{BlockerLog, Composition, ExponentialKind, GlossyForm, ShexpSe
 use crate::film::Film;
 use crate::gbuffer::Room;
 use crate::looks::{Stages, add_looks};
-use crate::sh_light::{FrameLight, LightCache, SHARP_LIGHT};
+use crate::sh_light::{FrameLight, LightCache, SHARP_LIGHT, refuse_too_bright};
 use crate::technique::{Budget, Deadline, Progress, RenderReport, Technique, TechniqueError};
 use blockers::{BODY_EPSILON, Bodies};
 use horizon::FieldVisibility;
@@ -157,6 +157,7 @@ impl Shexp {
         progress: &dyn Progress,
     ) -> Result<RenderReport, TechniqueError> {
         let deadline = Deadline::new(budget.seconds);
+        refuse_too_bright(&frame.lights, NAME)?;
         let Some(light) = prepared.light.light(&frame.lights) else {
             let reason =
                 "it has no environment, and this technique shades by nothing else (give it one, or use path)";
