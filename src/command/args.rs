@@ -2,7 +2,9 @@
 
 use clap::{Args, Parser, Subcommand};
 
-use super::{bench, brdf, compare, completions, ddf, demo, examples, explain, info, render, sh, spheres};
+use super::{
+    bench, brdf, compare, completions, ddf, demo, examples, explain, info, render, sh, spheres, view,
+};
 
 /// A renderer for scenes that move, lit from everywhere, made of measured materials.
 #[derive(Debug, Parser)]
@@ -51,6 +53,9 @@ pub(crate) enum Command {
     /// Render the demo scenes that are built in
     #[command(after_help = examples::after_help("demo"))]
     Demo(demo::DemoArgs),
+    /// Show a scene live in the browser
+    #[command(after_help = examples::after_help("view"))]
+    View(Box<view::ViewArgs>),
     /// Say why a pixel is shaded as it is
     #[command(after_help = examples::after_help("explain"))]
     Explain(explain::ExplainArgs),

@@ -191,14 +191,29 @@ fn list(console: Console) {
 impl Demo {
     /// Writes the scene file to a path, and the files that it names beside it.
     pub(crate) fn unpack(&self, path: &Path) -> Result<(), Failure> {
-        let folder = path.parent().unwrap_or_else(|| Path::new(""));
+        self.unpack_files(path.parent().unwrap_or_else(|| Path::new("")))?;
+        write_whole(path, "scene file", |writer| std::io::Write::write_all(writer, self.text.as_bytes()))?;
+        Ok(())
+    }
+
+    /// The text of the scene file.
+    pub(crate) fn text(&self) -> &'static str {
+        self.text
+    }
+
+    /// What renders it when the demo is asked for.
+    pub(crate) fn technique(&self) -> &'static str {
+        self.technique
+    }
+
+    /// Writes the files that the scene names into a folder.
+    pub(crate) fn unpack_files(&self, folder: &Path) -> Result<(), Failure> {
         for (name, bytes) in self.files {
             let file = folder.join(name);
             let made = file.parent().map_or(Ok(()), std::fs::create_dir_all);
             made.map_err(|e| Failure::failed(format!("cannot make a folder for {}: {e}", file.display())))?;
             write_whole(&file, "model", |writer| std::io::Write::write_all(writer, bytes))?;
         }
-        write_whole(path, "scene file", |writer| std::io::Write::write_all(writer, self.text.as_bytes()))?;
         Ok(())
     }
 

@@ -84,6 +84,11 @@ pub(crate) const EXAMPLES: &[Example] = &[
     ),
     example("demo", "Which scenes there are", "halflight demo --list"),
     example("demo", "One of them, small", "halflight demo cornell-box --size 160x160 --spp 8 -o cornell.png"),
+    example(
+        "view",
+        "Two seconds of a scene in the browser",
+        "halflight view scene.toml --seconds 2 --no-browser --port 0",
+    ),
     example("explain", "Why a pixel is shaded as it is", "halflight explain scene.toml --pixel 20,12"),
     example("bench", "Rays per second on a mesh made for it", "halflight bench rays --quick"),
     example("completions", "For bash", "halflight completions bash"),

@@ -24,6 +24,7 @@ mod spheres;
 mod stage;
 mod table;
 mod techniques;
+mod view;
 mod welcome;
 mod words;
 
@@ -77,6 +78,7 @@ fn execute(cli: Cli, console: Console) -> Result<(), Failure> {
         Command::Spheres(args) => spheres::run(&args, console),
         Command::Ddf(args) => ddf::run(&args, console),
         Command::Demo(args) => demo::run(&args, console),
+        Command::View(args) => view::run(&args, console),
         Command::Explain(args) => explain::run(&args, console),
         Command::Bench(args) => bench::run(&args, console),
         Command::Completions(args) => completions::run(&args, console),

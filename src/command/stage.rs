@@ -144,6 +144,10 @@ impl Stage {
         &self.scene
     }
 
+    pub(crate) fn into_scene(self) -> Scene {
+        self.scene
+    }
+
     /// What the loader did that the user should know.
     pub(crate) fn warnings(&self) -> &[String] {
         self.scene.warnings()

@@ -67,6 +67,30 @@ impl Frame {
         self.names.get(instance as usize).map_or("", |name| name)
     }
 
+    /// Moves everything that belongs to the shape of this name, but not what it lights: false if there is no such shape.
+    pub fn shift_shape(&mut self, name: &str, by: Vec3) -> bool {
+        let moved = |transform: &mut Affine3A| transform.translation += glam::Vec3A::from(by);
+        let mut instances = self.world.instances().to_vec();
+        let mut found = false;
+        for (instance, of) in instances.iter_mut().zip(&self.names) {
+            if &**of == name {
+                moved(&mut instance.transform.open);
+                moved(&mut instance.transform.close);
+                found = true;
+            }
+        }
+        for object in &mut self.objects {
+            if self.names.get(object.instances.start as usize).is_some_and(|of| &**of == name) {
+                object.places.iter_mut().for_each(moved);
+            }
+        }
+        if found {
+            self.world = World::build(instances, self.world.simd());
+            self.bounds = self.world.bounds();
+        }
+        found
+    }
+
     /// Whether the shutter is open for more than an instant, so that ray times matter.
     pub fn shutter_is_open(&self) -> bool {
         self.shutter_seconds[1] > self.shutter_seconds[0]

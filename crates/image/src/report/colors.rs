@@ -6,7 +6,7 @@
 //! above, which no common kind of colour blindness confuses.
 
 /// 256 colours, for the lowest value to the highest.
-pub(super) type Table = Vec<[u8; 3]>;
+pub type Table = Vec<[u8; 3]>;
 
 const MAGMA: [u32; 33] = [
     0x000004, 0x030311, 0x0a0822, 0x130d33, 0x1d1146, 0x28115a, 0x36106a, 0x430f76, 0x50127c, 0x5d177f,
@@ -23,18 +23,20 @@ const VIRIDIS: [u32; 33] = [
 ];
 
 /// Shown where there is no value; in none of the tables.
-pub(super) const NO_VALUE: [u8; 3] = [0x00, 0xff, 0x66];
+pub const NO_VALUE: [u8; 3] = [0x00, 0xff, 0x66];
 
-pub(super) fn magma() -> Table {
+/// From black over purple to light yellow, for errors.
+pub fn magma() -> Table {
     between(&MAGMA)
 }
 
-pub(super) fn viridis() -> Table {
+/// From dark purple over green to yellow, for quantities.
+pub fn viridis() -> Table {
     between(&VIRIDIS)
 }
 
 /// Blue below, dark in the middle, orange above.
-pub(super) fn diverging() -> Table {
+pub fn diverging() -> Table {
     const HUE_DEGREES: [f32; 2] = [245.0, 62.0];
     (0..256)
         .map(|i| {

@@ -20,7 +20,7 @@
 //! # Ok::<(), halflight_image::report::ReportError>(())
 //! ```
 
-mod colors;
+pub mod colors;
 mod encode;
 mod figures;
 mod maps;

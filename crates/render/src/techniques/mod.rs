@@ -10,18 +10,34 @@ pub mod shexp;
 use std::fmt::Debug;
 
 use halflight_file::nearest_name;
-use halflight_scene::schema::{self, Problems, Record, Table};
+use halflight_scene::schema::{self, Docs, FieldDoc, Problems, Record, Table};
 
 use crate::technique::Technique;
 
 /// All techniques by the names that scene files and `-t` use; the first is the default.
 pub const TECHNIQUES: &[Entry] = &[
-    Entry { name: "path", make: |table| make(table, path::Path::new) },
-    Entry { name: "bandwidth", make: |table| make(table, bandwidth::BandwidthTechnique::new) },
-    Entry { name: "covariance", make: |table| make(table, covariance::Covariance::new) },
-    Entry { name: "prt", make: |table| make(table, prt::Prt::new) },
-    Entry { name: "shadow-fields", make: |table| make(table, shadow_fields::ShadowFields::new) },
-    Entry { name: "shexp", make: |table| make(table, shexp::Shexp::new) },
+    Entry { name: "path", make: |table| make(table, path::Path::new), settings: keys::<path::PathSettings> },
+    Entry {
+        name: "bandwidth",
+        make: |table| make(table, bandwidth::BandwidthTechnique::new),
+        settings: keys::<bandwidth::BandwidthSettings>,
+    },
+    Entry {
+        name: "covariance",
+        make: |table| make(table, covariance::Covariance::new),
+        settings: keys::<covariance::CovarianceSettings>,
+    },
+    Entry { name: "prt", make: |table| make(table, prt::Prt::new), settings: keys::<prt::PrtSettings> },
+    Entry {
+        name: "shadow-fields",
+        make: |table| make(table, shadow_fields::ShadowFields::new),
+        settings: keys::<shadow_fields::ShadowFieldsSettings>,
+    },
+    Entry {
+        name: "shexp",
+        make: |table| make(table, shexp::Shexp::new),
+        settings: keys::<shexp::ShexpSettings>,
+    },
 ];
 
 /// A line of the table.
@@ -30,6 +46,7 @@ pub struct Entry {
     /// The name, also of the folder and of `[technique.NAME]`.
     pub name: &'static str,
     make: fn(&Table) -> Result<Made, Problems>,
+    settings: fn() -> Vec<FieldDoc>,
 }
 
 /// A technique that is ready to work.
@@ -50,7 +67,17 @@ pub struct UnknownTechnique {
     pub hint: String,
 }
 
+/// The keys of a record with their documentation.
+fn keys<S: Record>() -> Vec<FieldDoc> {
+    S::describe_keys(&mut Docs::new())
+}
+
 impl Entry {
+    /// Its settings, each with its documentation.
+    pub fn settings(&self) -> Vec<FieldDoc> {
+        (self.settings)()
+    }
+
     /// The technique with the settings of a table, as a scene or a command line gives them.
     ///
     /// # Errors

@@ -156,6 +156,13 @@ impl Lights {
         self.environment.as_ref()
     }
 
+    /// Turns the environment about the vertical by an angle in radians.
+    pub fn turn_environment(&mut self, angle: f32) {
+        if let Some(environment) = &mut self.environment {
+            environment.rotation = (environment.rotation + angle).rem_euclid(std::f32::consts::TAU);
+        }
+    }
+
     /// The shining surfaces.
     pub fn emitters(&self) -> &[Emitter] {
         &self.emitters
