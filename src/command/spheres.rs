@@ -33,7 +33,7 @@ enum Action {
         /// How many spheres
         #[arg(short = 'n', long, value_name = "N", default_value_t = 50)]
         spheres: usize,
-        /// The file, .spheres [default: the mesh's name with .spheres, in the current folder]
+        /// The file, .spheres [default: beside the mesh, where `shexp` finds it]
         #[arg(short, long, value_name = "FILE")]
         output: Option<PathBuf>,
         /// Shrink all spheres by one factor until their shadows have the mean area of the mesh's, instead of covering
@@ -85,7 +85,7 @@ fn fit(
     balanced: bool,
     console: Console,
 ) -> Result<(), Failure> {
-    let beside = || PathBuf::from(mesh.file_stem().unwrap_or_default()).with_extension("spheres");
+    let beside = || mesh.with_extension("spheres");
     let path = path.map_or_else(beside, Path::to_path_buf);
     if extension(&path) != "spheres" {
         return Err(Failure::usage(format!(

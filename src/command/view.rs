@@ -320,6 +320,12 @@ impl Library for Shelf {
     }
 }
 
+/// The table of that name in another one, made if it is not there.
+fn table<'a>(of: &'a mut toml::Table, name: &str) -> Result<&'a mut toml::Table, String> {
+    let place = of.entry(name).or_insert_with(|| toml::Table::new().into());
+    place.as_table_mut().ok_or_else(|| format!("[{name}] is not a table"))
+}
+
 /// The text of a scene with another view. Comments are lost; everything else stays as it is.
 fn with_view(text: &str, kept: &Kept) -> Result<String, String> {
     let mut scene: toml::Table =
@@ -339,21 +345,14 @@ fn with_view(text: &str, kept: &Kept) -> Result<String, String> {
         camera.insert("shutter".into(), shutter.clone());
     }
     scene.insert("camera".into(), camera.into());
-    let table = |scene: &mut toml::Table, name: &str| -> Result<(), String> {
-        let place = scene.entry(name).or_insert_with(|| toml::Table::new().into());
-        if place.is_table() { Ok(()) } else { Err(format!("[{name}] is not a table")) }
-    };
-    table(&mut scene, "image")?;
-    scene["image"]["exposure_ev"] = float(kept.exposure_ev);
+    table(&mut scene, "image")?.insert("exposure_ev".into(), float(kept.exposure_ev));
     if !kept.settings.is_empty() {
-        table(&mut scene, "technique")?;
-        let techniques = scene["technique"].as_table_mut().ok_or("[technique] is not a table")?;
-        table(techniques, &kept.technique)?;
+        let technique = table(table(&mut scene, "technique")?, &kept.technique)?;
         for (key, value) in &kept.settings {
             let value =
                 format!("x = {value}").parse::<toml::Table>().ok().and_then(|mut table| table.remove("x"));
-            let value = value.ok_or_else(|| format!("the setting {key} was not understood"))?;
-            techniques[&kept.technique].as_table_mut().map(|table| table.insert(key.clone(), value));
+            technique
+                .insert(key.clone(), value.ok_or_else(|| format!("the setting {key} was not understood"))?);
         }
     }
     toml::to_string_pretty(&scene).map_err(|error| error.to_string())

@@ -8,6 +8,7 @@ use halflight_render::techniques::shexp::{
 };
 use halflight_render::{Budget, Film, Quiet, RenderReport, Technique};
 use halflight_scene::{LoadOptions, Scene};
+use halflight_shape::{SphereFitOptions, SphereSet};
 
 /// Hills with two balls and a box over them, under a sky of four bands.
 const SCENE: &str = r#"
@@ -155,6 +156,51 @@ fn groups_of_spheres_seen_from_afar_may_stand_for_them() {
         println!("{cut} degrees: {:.3} %", 100.0 * changed);
         assert!(changed < most, "{cut} degrees: {changed}");
     }
+}
+
+#[test]
+fn spheres_that_are_stored_beside_a_mesh_are_taken_and_foreign_ones_are_not() {
+    let folder = tempfile::tempdir().unwrap();
+    let box_of = |height: f32| {
+        let corner = |i: u32| {
+            let at = |bit: u32| (i >> bit & 1) as f32;
+            format!("v {} {} {}\n", at(0), at(1) * height, at(2))
+        };
+        let faces = ["1 3 4 2", "5 6 8 7", "1 2 6 5", "3 7 8 4", "1 5 7 3", "2 4 8 6"];
+        (0..8).map(corner).chain(faces.iter().map(|face| format!("f {face}\n"))).collect::<String>()
+    };
+    let load = || {
+        let text = "
+            environment = \"studio\"
+            [image]
+            size = [24, 16]
+            [camera]
+            origin = [3, 3, 5]
+            target = [0.5, 0.5, 0.5]
+            [[shape]]
+            name = \"crate\"
+            type = \"mesh\"
+            file = \"crate.obj\"
+        ";
+        std::fs::write(folder.path().join("scene.toml"), text).unwrap();
+        Scene::load(&folder.path().join("scene.toml"), &LoadOptions::default()).unwrap()
+    };
+    let notes = |scene: &Scene| render(scene, Shexp::new(FEW_SPHERES), 1).1.notes.join("\n");
+    std::fs::write(folder.path().join("crate.obj"), box_of(1.0)).unwrap();
+    let scene = load();
+    let fitted = render(&scene, Shexp::new(FEW_SPHERES), 1).0.image();
+    let options = SphereFitOptions { spheres: FEW_SPHERES.spheres as usize, ..SphereFitOptions::default() };
+    let (set, _) = SphereSet::fit_surface(&scene.rest_surface(0).unwrap(), &options).unwrap();
+    set.save(&folder.path().join("crate.spheres")).unwrap();
+    assert!(notes(&scene).contains("the spheres of crate are from"), "{}", notes(&scene));
+    assert_eq!(render(&scene, Shexp::new(FEW_SPHERES), 1).0.image(), fitted);
+    let more = ShexpSettings { spheres: 5, ..FEW_SPHERES };
+    assert!(render(&scene, Shexp::new(more), 1).1.notes.join(" ").contains("fitted anew"));
+    // Spheres of another mesh, and a damaged file, are as good as none.
+    std::fs::write(folder.path().join("crate.obj"), box_of(2.0)).unwrap();
+    assert!(!notes(&load()).contains("crate.spheres"));
+    std::fs::write(folder.path().join("crate.spheres"), "{").unwrap();
+    assert!(!notes(&load()).contains("crate.spheres"));
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! The spheres that block light: those that are in the scene, and those that stand for its meshes.
 
+use std::path::PathBuf;
+
 use glam::{Affine3A, Vec3};
 use halflight_scene::{Frame, Scene};
 use halflight_sh::attenuation::Cap;
@@ -29,6 +31,16 @@ const FEW: usize = 64;
 /// The owner of a sphere that stands for several, which no point has.
 const NOBODY: f32 = -4.0;
 
+/// The sphere sets that are stored beside the files of a scene, under their names. One that is damaged is as good as none:
+/// it is fitted anew.
+fn stored_beside(scene: &Scene) -> Vec<(PathBuf, SphereSet)> {
+    let beside = scene.files().iter().map(|file| file.with_extension("spheres"));
+    beside
+        .filter(|path| path.is_file())
+        .filter_map(|path| Some((path.clone(), SphereSet::load(&path).ok()?)))
+        .collect()
+}
+
 /// What stands for an object of the scene.
 struct Body {
     object: usize,
@@ -50,8 +62,8 @@ pub(super) struct Bodies {
     bodies: Vec<Body>,
     /// Of the objects that are spheres already.
     spheres: Vec<Scattered>,
-    /// Names of objects that throw no shadow, and why.
-    pub(super) without: Vec<String>,
+    /// Names of objects that throw no shadow, and why; and where spheres are from that were not fitted here.
+    pub(super) notes: Vec<String>,
 }
 
 /// The blockers of one frame.
@@ -112,6 +124,7 @@ impl Bodies {
     /// Fits a set of `count` spheres to each mesh of a scene.
     pub(super) fn fit(scene: &Scene, count: usize, progress: &dyn Progress) -> Self {
         let mut bodies = Self::default();
+        let stored = stored_beside(scene);
         let total = scene.object_count() as u64;
         for object in 0..scene.object_count() {
             progress.report("spheres fitted to meshes", object as u64, total);
@@ -123,19 +136,34 @@ impl Bodies {
             let (low, high) = bounds(&surface.mesh.positions);
             let extent = high - low;
             if extent.min_element() <= FLAT * extent.max_element() {
-                bodies.without.push(format!("{name} is flat and throws no shadow"));
+                bodies.notes.push(format!("{name} is flat and throws no shadow"));
                 continue;
+            }
+            if let Some((path, set)) = stored.iter().find(|(_, set)| set.mesh_hash == surface.hash()) {
+                if set.len() == count {
+                    bodies.notes.push(format!("the spheres of {name} are from {}", path.display()));
+                    bodies.add(object, set.clone());
+                    continue;
+                }
+                bodies.notes.push(format!(
+                    "{} has {} spheres for {name}, not {count}: they are fitted anew (shexp.spheres = {} takes them)",
+                    path.display(),
+                    set.len(),
+                    set.len()
+                ));
             }
             let options = SphereFitOptions { spheres: count, ..SphereFitOptions::default() };
             match SphereSet::fit_surface(&surface, &options) {
-                Ok((set, _)) => {
-                    let multiplicities = multiplicities(&set.spheres().collect::<Vec<_>>(), Overlap::Any);
-                    bodies.bodies.push(Body { object, set, multiplicities });
-                }
-                Err(error) => bodies.without.push(format!("{name} throws no shadow: {error}")),
+                Ok((set, _)) => bodies.add(object, set),
+                Err(error) => bodies.notes.push(format!("{name} throws no shadow: {error}")),
             }
         }
         bodies
+    }
+
+    fn add(&mut self, object: usize, set: SphereSet) {
+        let multiplicities = multiplicities(&set.spheres().collect::<Vec<_>>(), Overlap::Any);
+        self.bodies.push(Body { object, set, multiplicities });
     }
 
     /// Learns how the spheres of a frame overlap.

@@ -144,7 +144,7 @@ impl Shexp {
                     .into(),
             );
         }
-        notes.extend(self.bodies.without.iter().cloned());
+        notes.extend(self.bodies.notes.iter().cloned());
         notes
     }
 
