@@ -129,6 +129,14 @@ impl Hub {
         }
     }
 
+    /// An answer for whoever has the controls.
+    pub(crate) fn reply_to_holder(&self, reply: Reply) {
+        let holder = *lock(&self.holder);
+        if let Some(client) = holder {
+            self.reply(client, reply);
+        }
+    }
+
     pub(crate) fn replies_for(&self, client: u64) -> VecDeque<Reply> {
         lock(&self.replies).get_mut(&client).map(std::mem::take).unwrap_or_default()
     }

@@ -36,7 +36,6 @@ pub(crate) struct Shown {
     pub(crate) milliseconds: f64,
     per_pixel: Option<f64>,
     pub(crate) moving: bool,
-    stopped: bool,
 }
 
 /// Ends the work as soon as somebody wants something else, unless something moves: then pictures have to be finished.
@@ -65,7 +64,6 @@ impl Shown {
             milliseconds: 0.0,
             per_pixel: None,
             moving: false,
-            stopped: false,
         }
     }
 
@@ -119,7 +117,6 @@ impl Shown {
         let of = |side: usize| ((side as f64 * scale).round() as usize).max(1);
         self.film = Film::new(of(size[0]), of(size[1]));
         self.moving = true;
-        self.stopped = false;
         let budget = Budget { samples: Some(1), ..Budget::default() };
         self.work(stage, frame, &budget, &Until { hub, lively: true, stop });
         let cost = self.milliseconds / (self.film.width() * self.film.height()) as f64;
@@ -178,7 +175,6 @@ impl Shown {
             Ok(report) => {
                 self.notes = report.notes;
                 self.stages = report.stages;
-                self.stopped = report.interrupted;
             }
             Err(error) => self.failed = Some(error.to_string()),
         }

@@ -240,12 +240,7 @@ impl Studio {
 
     /// Tells whoever has the controls.
     fn say(&self, reason: &str) {
-        for client in 0..=u64::from(u16::MAX) {
-            if self.hub.has_controls(client) {
-                self.hub.reply(client, Reply::Text(error(reason)));
-                return;
-            }
-        }
+        self.hub.reply_to_holder(Reply::Text(error(reason)));
     }
 
     fn is_comparable(&self) -> bool {
