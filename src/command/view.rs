@@ -205,16 +205,21 @@ impl Shelf {
     ) -> Result<halflight_view::Stage, String> {
         let told = |failure: Failure| failure.message().unwrap_or_default().to_string();
         let stage = Stage::load(path, changes, &self.machine).map_err(told)?;
+        // What the command line named may lie anywhere.
+        let asked = &self.changes;
+        let material = asked.material.as_deref().map(|text| text.split_once('=').map_or(text, |(_, of)| of));
+        let named: Vec<PathBuf> = [asked.environment.as_deref(), material.map(Path::new)]
+            .into_iter()
+            .flatten()
+            .filter_map(|path| path.canonicalize().ok())
+            .collect();
+        let dropped = self.dropped.as_ref().and_then(|(folder, _)| folder.path().canonicalize().ok());
         let allowed = |file: &PathBuf| {
             let file = file.canonicalize().unwrap_or_default();
-            let dropped = self.dropped.as_ref().is_some_and(|(folder, _)| {
-                folder.path().canonicalize().is_ok_and(|folder| file.starts_with(folder))
-            });
-            // What the command line named may lie anywhere.
-            dropped || file.starts_with(&self.folder) || self.changes.environment.as_ref() == Some(&file)
+            let beneath = |folder: &PathBuf| file.starts_with(folder);
+            beneath(&self.folder) || dropped.as_ref().is_some_and(beneath) || named.contains(&file)
         };
-        let from_page = !is_built_in(name) && !stage.scene().files().iter().all(allowed);
-        if from_page && self.changes.environment.is_none() && self.changes.material.is_none() {
+        if !is_built_in(name) && !stage.scene().files().iter().all(allowed) {
             return Err(format!("{name} names files outside of the folder that may be read (see --folder)"));
         }
         self.show(name.into(), stage).map_err(told)

@@ -18,7 +18,7 @@ use crate::{Address, ViewError, http};
 const TICK: Duration = Duration::from_millis(3);
 /// How long a client may block what is sent to it.
 const SEND_PATIENCE: Duration = Duration::from_secs(10);
-/// Connections that are not clients yet, at most.
+/// Connections served at once, clients among them.
 const MAX_CONNECTIONS: usize = 32;
 /// The name of a dropped file, at most.
 const MAX_NAME: usize = 255;
@@ -73,10 +73,15 @@ fn accept(listener: &TcpListener, guard: &Guard, hub: &Arc<Hub>) {
             std::thread::sleep(TICK);
             continue;
         };
-        if connections.fetch_add(1, Ordering::AcqRel) >= MAX_CONNECTIONS {
-            connections.fetch_sub(1, Ordering::AcqRel);
-            continue;
+        // Who comes when all places are taken waits in line: places are given back soon, since a head
+        // that does not arrive is not waited for long, and clients are fewer than places.
+        while connections.load(Ordering::Acquire) >= MAX_CONNECTIONS {
+            if hub.is_stopped() {
+                return;
+            }
+            std::thread::sleep(TICK);
         }
+        connections.fetch_add(1, Ordering::AcqRel);
         let (guard, hub, count) = (guard.clone(), Arc::clone(hub), Arc::clone(&connections));
         let work = move || {
             serve(stream, &guard, &hub);

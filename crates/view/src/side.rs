@@ -198,8 +198,8 @@ impl Shown {
     }
 }
 
-fn create(name: &str, stage: &Stage, settings: &[(String, String)]) -> Result<Box<dyn Technique>, String> {
-    let entry = techniques::find(name).map_err(|error| error.to_string())?;
+/// What the scene, the command line and the page say about a technique.
+pub(crate) fn table_of(name: &str, stage: &Stage, settings: &[(String, String)]) -> Result<Table, String> {
     let mut table = stage
         .settings
         .iter()
@@ -208,6 +208,12 @@ fn create(name: &str, stage: &Stage, settings: &[(String, String)]) -> Result<Bo
     for (key, value) in settings {
         table.assign("the page", &format!("{key}={value}")).map_err(|error| error.to_string())?;
     }
+    Ok(table)
+}
+
+fn create(name: &str, stage: &Stage, settings: &[(String, String)]) -> Result<Box<dyn Technique>, String> {
+    let entry = techniques::find(name).map_err(|error| error.to_string())?;
+    let table = table_of(name, stage, settings)?;
     Ok(entry.create(&table).map_err(|error| error.to_string())?.technique)
 }
 

@@ -23,7 +23,7 @@ use crate::eye::Eye;
 use crate::hub::{Asked, Hub, Reply};
 use crate::pictures::{self, Shot};
 use crate::server::error;
-use crate::side::{Shown, catalogue};
+use crate::side::{Shown, catalogue, table_of};
 use crate::wire::{Ask, Side, pack};
 use crate::{Kept, Library, Stage, Swap, ViewError};
 
@@ -67,6 +67,11 @@ pub(crate) struct Studio {
     /// What has to be done.
     stale: Stale,
     encode_milliseconds: f64,
+    /// What may be opened and swapped in, as last looked for: that reads folders, which is nothing for every picture.
+    scenes: Vec<String>,
+    environments: Vec<String>,
+    /// The techniques with their settings.
+    techniques: Value,
 }
 
 /// What no longer fits the state.
@@ -95,6 +100,9 @@ impl Studio {
         let other = if technique == "path" { "shexp" } else { "path" };
         let mut studio = Self {
             hub,
+            scenes: library.names(),
+            environments: library.environments(),
+            techniques: catalogue(),
             library,
             swap: Swap::default(),
             frame: posed.clone(),
@@ -297,6 +305,11 @@ impl Studio {
         &mut self.sides[usize::from(side == Side::B)]
     }
 
+    /// Looks again for what may be opened.
+    fn list(&mut self) {
+        (self.scenes, self.environments) = (self.library.names(), self.library.environments());
+    }
+
     /// Another scene on the stage; the old one stays if that cannot be shown.
     fn enter(&mut self, stage: Stage, keep_eye: bool) -> Result<(), String> {
         let posed = stage.scene.at(self.seconds).map_err(|error| error.to_string())?;
@@ -309,6 +322,7 @@ impl Studio {
             self.turn_degrees = 0.0;
         }
         (self.posed, self.stage) = (posed, stage);
+        self.list();
         self.sides.iter_mut().for_each(Shown::forget);
         self.arrange();
         Ok(())
@@ -409,6 +423,8 @@ impl Studio {
             }
             Ask::Keep => {
                 let place = self.library.keep(&self.kept())?;
+                self.list();
+                self.stale.state = true;
                 self.hub.reply(client, Reply::Text(json!({ "kind": "kept", "text": place }).to_string()));
             }
             Ask::Open { name } => {
@@ -495,11 +511,7 @@ impl Studio {
     /// The chain that `halflight explain` prints.
     fn explain_bandwidth(&self, pixel: [usize; 2]) -> Option<String> {
         let side = &self.sides[0];
-        let known = self.stage.settings.iter().find(|(of, _)| *of == side.name);
-        let mut table = known.map_or_else(schema::Table::empty, |(_, table)| table.clone());
-        for (key, value) in &side.settings {
-            table.assign("the page", &format!("{key}={value}")).ok()?;
-        }
+        let table = table_of(&side.name, &self.stage, &side.settings).ok()?;
         let mut technique = BandwidthTechnique::new(schema::read(&table).ok()?);
         technique.prepare(&self.stage.scene, &Quiet).ok()?;
         technique.explain(&self.frame, self.size, pixel).map(|text| text.trim_end().to_string())
@@ -559,8 +571,8 @@ impl Studio {
         json!({
             "kind": "state",
             "scene": self.stage.name,
-            "scenes": self.library.names(),
-            "environments": self.library.environments(),
+            "scenes": self.scenes,
+            "environments": self.environments,
             "swap": { "environment": self.swap.environment, "material": self.swap.material },
             "description": self.stage.scene.description(),
             "shapes": shapes,
@@ -582,7 +594,7 @@ impl Studio {
             "sides": self.sides.iter().map(of).collect::<Vec<_>>(),
             "errors": self.errors,
             "encode_milliseconds": self.encode_milliseconds,
-            "techniques": catalogue(),
+            "techniques": self.techniques,
         })
     }
 }
