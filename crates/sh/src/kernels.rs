@@ -13,7 +13,7 @@ include!(concat!(env!("OUT_DIR"), "/kernels.rs"));
 
 /// The same array, whose size the compiler does not see to be the same.
 #[inline(always)]
-fn same<T: Copy, const A: usize, const B: usize>(from: &[[T; A]; A]) -> [[T; B]; B] {
+pub(crate) fn same<T: Copy, const A: usize, const B: usize>(from: &[[T; A]; A]) -> [[T; B]; B] {
     debug_assert_eq!(A, B);
     filled(|row, column| from[row][column])
 }

@@ -3,7 +3,7 @@
 use std::fmt::Debug;
 use std::ops::{Add, Mul, Neg, Sub};
 
-use crate::simd::{Work, with_avx};
+use crate::simd::{self, Work, with_avx};
 
 /// A number, or a group of numbers that are computed together. Implemented for `f32`, `f64` and the lanes of this
 /// crate, and for nothing else.
@@ -45,6 +45,8 @@ pub trait Real:
 }
 
 pub(crate) mod sealed {
+    use super::Real;
+    use crate::kernels;
     use crate::simd::Work;
 
     /// Keeps the set of implementations closed, and gives single numbers the better instructions.
@@ -54,6 +56,15 @@ pub(crate) mod sealed {
         fn best<W: Work>(work: W) -> W::Output {
             work.run()
         }
+
+        /// Rotates a vector: see [`kernels::rotate`].
+        #[inline(always)]
+        fn rotate<const N: usize>(f: &[[Self; N]; N], turns: &[[Self; 2]; 3]) -> [[Self; N]; N]
+        where
+            Self: Real,
+        {
+            kernels::rotate(f, turns)
+        }
     }
 }
 
@@ -61,6 +72,11 @@ impl sealed::Sealed for f32 {
     #[inline(always)]
     fn best<W: Work>(work: W) -> W::Output {
         with_avx(work)
+    }
+
+    #[inline(always)]
+    fn rotate<const N: usize>(f: &[[f32; N]; N], turns: &[[f32; 2]; 3]) -> [[f32; N]; N] {
+        simd::rotate(f, turns)
     }
 }
 

@@ -9,7 +9,7 @@
 use glam::{DMat3, Mat3};
 
 use crate::simd::Work;
-use crate::{Real, Sh, kernels};
+use crate::{Real, Sh};
 
 /// A rotation prepared for SH vectors of one order. Making it costs a square root and two divisions; keep it when several
 /// vectors turn alike.
@@ -89,7 +89,7 @@ impl<const ORDER: usize, T: Real> Work for Apply<'_, ORDER, T> {
     type Output = Sh<ORDER, T>;
     #[inline(always)]
     fn run(self) -> Sh<ORDER, T> {
-        Sh(kernels::rotate(&self.sh.0, self.turns))
+        Sh(T::rotate(&self.sh.0, self.turns))
     }
 }
 

@@ -6,10 +6,14 @@
 
 mod lane;
 #[cfg(target_arch = "x86_64")]
+mod turn;
+#[cfg(target_arch = "x86_64")]
 mod x86;
 
 pub use lane::Lane;
 pub(crate) use lane::Plain;
+
+use crate::kernels;
 
 /// A level of vector instructions. `Baseline` has no fused multiply-add and differs from the others in rounding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -54,6 +58,16 @@ pub(crate) fn with_avx<W: Work>(work: W) -> W::Output {
         }
     }
     work.run()
+}
+
+/// The rotation of one vector, in vector registers where the machine has them and the order fits: the same bits.
+#[inline(always)]
+pub(crate) fn rotate<const N: usize>(f: &[[f32; N]; N], turns: &[[f32; 2]; 3]) -> [[f32; N]; N] {
+    #[cfg(target_arch = "x86_64")]
+    if N == 4 && turn::is_there() {
+        return kernels::same(&turn::rotate_4(&kernels::same(f), turns));
+    }
+    kernels::rotate(f, turns)
 }
 
 impl Simd {

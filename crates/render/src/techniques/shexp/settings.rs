@@ -67,11 +67,11 @@ record! {
         /// Pixels between the points where shadows are first worked out, along each axis, as a power of two; 1 works out every
         /// pixel.
         #[example = "1"]
-        stride: u32 = 4 => within(1.0, 64.0),
+        stride: u32 = 8 => within(1.0, 64.0),
         /// How far the irradiances at those points may differ, in parts of the unshadowed light, before more points are
         /// taken between them.
         #[example = "0.02"]
-        tolerance: f32 = 0.03 => positive(),
+        tolerance: f32 = 0.05 => positive(),
         /// Whether blockers that overlap count less.
         #[example = "false"]
         attenuation: bool = true,
@@ -116,8 +116,8 @@ impl ShexpSettings {
     pub const DEFAULT: Self = Self {
         order: 4,
         spheres: 50,
-        stride: 4,
-        tolerance: 0.03,
+        stride: 8,
+        tolerance: 0.05,
         attenuation: true,
         blocker: BlockerLog::Table,
         epsilon: 0.25,
