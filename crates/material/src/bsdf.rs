@@ -214,6 +214,15 @@ impl<'a> Bsdf<'a> {
         }
     }
 
+    /// The index of refraction beyond the surface over that on the side of `wo`; 1 where nothing is refracted.
+    pub fn index_beyond(&self, wo: Vec3) -> f32 {
+        match &self.lobe {
+            Lobe::Dielectric(dielectric) if wo.z < 0.0 => 1.0 / dielectric.ior,
+            Lobe::Dielectric(dielectric) => dielectric.ior,
+            _ => 1.0,
+        }
+    }
+
     /// Whether light can go through.
     pub fn transmits(&self) -> bool {
         self.opacity < 1.0

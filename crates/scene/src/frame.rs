@@ -54,6 +54,12 @@ impl Frame {
             .unwrap_or(0)
     }
 
+    /// All materials of an instance.
+    pub fn materials_of(&self, instance: u32) -> impl Iterator<Item = &Material> {
+        let slots = self.slots.get(instance as usize).map_or(&[][..], |slots| &slots[..]);
+        slots.iter().filter_map(|&slot| self.materials.get(slot as usize)).map(|material| &**material)
+    }
+
     /// The material in a slot of an instance.
     ///
     /// # Panics

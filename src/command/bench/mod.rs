@@ -7,6 +7,7 @@ mod covariance;
 mod ddf;
 mod memory;
 mod path;
+mod photons;
 mod rays;
 mod samplers;
 mod sh;
@@ -66,7 +67,7 @@ enum Name {
     Sh,
     /// The technique `bandwidth` against forward shading at equal error, its stages, and how its cost grows
     Bandwidth,
-    /// The technique `covariance` against `path` at equal error, its prediction, and what carrying covariance costs
+    /// The technique `covariance` against `path` at equal error, its prediction, its photons, its cost
     Covariance,
     /// The technique `shexp` on three moving scenes, and how its cost grows
     Shexp,
@@ -121,8 +122,9 @@ pub(crate) fn run(args: &BenchArgs, console: Console) -> Result<(), Failure> {
                 bandwidth::growth(args)?
             }
             Name::Covariance => {
-                tell(console, &covariance::equal_error(args)?);
-                covariance::overhead(args)?
+                tell(console, &photons::kernels(args)?);
+                tell(console, &covariance::overhead(args)?);
+                covariance::equal_error(args)?
             }
             Name::Shexp => {
                 tell(console, &shexp::scenes(args)?);

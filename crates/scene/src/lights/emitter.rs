@@ -62,7 +62,7 @@ pub struct EmitterSample {
     pub normal: Vec3,
     /// Its texture coordinates.
     pub uv: Vec2,
-    /// Density over solid angle from where it is seen.
+    /// Density over solid angle from where it is seen; over area for [`Emitter::sample_surface`].
     pub pdf: f32,
 }
 
@@ -196,6 +196,45 @@ impl Emitter {
         let cosine = normal.dot(to).abs() / to.length();
         let pdf = area_pdf * to.length_squared() / cosine;
         if pdf.is_finite() { pdf } else { 0.0 }
+    }
+
+    /// A point drawn by local area, for light that sets out from it; its density is per square metre. `None` where the emitter
+    /// has no area.
+    pub fn sample_surface(&self, u: Vec2, time: f32) -> Option<EmitterSample> {
+        let pose = self.pose_at(time);
+        let (local, uv) = match &self.shape {
+            EmitterShape::Triangle { uvs, .. } => {
+                let [a, b, c] = self.world_corners(&pose, time);
+                let (v, w) = if u.x + u.y > 1.0 { (1.0 - u.x, 1.0 - u.y) } else { (u.x, u.y) };
+                let sign = if pose.matrix3.determinant() < 0.0 { -1.0 } else { 1.0 };
+                let cross = sign * (b - a).cross(c - a);
+                let uv = uvs[0] * (1.0 - v - w) + uvs[1] * v + uvs[2] * w;
+                let (point, pdf) = (a + v * (b - a) + w * (c - a), 2.0 / cross.length());
+                let normal = cross.normalize_or_zero();
+                return (pdf.is_finite() && pdf > 0.0).then_some(EmitterSample { point, normal, uv, pdf });
+            }
+            EmitterShape::Sphere { center, radius } => {
+                let normal = uniform_sphere(u);
+                let scaled = area_scale(&pose, normal);
+                let pdf = 1.0 / (4.0 * std::f32::consts::PI * radius * radius * scaled.length());
+                let point = pose.transform_point3(*center + *radius * normal);
+                let (normal, uv) = (scaled.normalize_or_zero(), sphere_uv(normal));
+                return (pdf.is_finite() && pdf > 0.0).then_some(EmitterSample { point, normal, uv, pdf });
+            }
+            EmitterShape::Rectangle => {
+                let local = 2.0 * u - Vec2::ONE;
+                ((local, 4.0), rectangle_uv(local))
+            }
+            EmitterShape::Disk => {
+                let local = concentric_disk(u);
+                ((local, std::f32::consts::PI), disk_uv(local))
+            }
+        };
+        let (local, area) = local;
+        let scaled = area_scale(&pose, Vec3::Z);
+        let pdf = 1.0 / (area * scaled.length());
+        let (point, normal) = (pose.transform_point3(local.extend(0.0)), scaled.normalize_or_zero());
+        (pdf.is_finite() && pdf > 0.0).then_some(EmitterSample { point, normal, uv, pdf })
     }
 
     fn pose_at(&self, time: f32) -> Affine3A {

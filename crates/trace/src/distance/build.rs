@@ -12,8 +12,7 @@ use crate::World;
 /// Primitives that a thread marks at once.
 const PART: usize = 4096;
 
-pub(super) fn build(world: &World, resolution: usize) -> DistanceGrid {
-    let (low, high) = world.bounds();
+pub(super) fn build(world: &World, (low, high): (Vec3, Vec3), resolution: usize) -> DistanceGrid {
     let extent = (high - low).max_element();
     if !(extent.is_finite() && extent > 0.0) {
         // Nothing, or a point: everything is far or near by its own.

@@ -23,6 +23,11 @@ impl Frame {
         // A hair more than the box: its corners are rounded.
         let hair = STEP * self.voxel;
         let (a, b) = ((low - self.low - hair) / self.voxel, (high - self.low + hair) / self.voxel);
+        // Beyond the border of a grid of a part of the world.
+        let size = Vec3::from(self.size.map(|n| n as f32));
+        if a.cmpgt(size).any() || b.cmplt(Vec3::ZERO).any() {
+            return None;
+        }
         let at = |v: f32, n: usize| (v.max(0.0) as usize).min(n - 1);
         Some([
             std::array::from_fn(|axis| at(a[axis], self.size[axis])),

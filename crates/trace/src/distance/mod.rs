@@ -45,7 +45,14 @@ impl DistanceGrid {
     /// The grid of a world, with about `resolution` voxels along its longest side (from 8 to 512).
     #[must_use]
     pub fn build(world: &World, resolution: usize) -> Self {
-        build::build(world, resolution.clamp(BRICK, 512))
+        build::build(world, world.bounds(), resolution.clamp(BRICK, 512))
+    }
+
+    /// The grid of what a box of a world holds, `resolution` voxels along its longest side. It knows of nothing beyond its
+    /// border, whose distance counts for points within no more than anything else's.
+    #[must_use]
+    pub fn build_within(world: &World, low: Vec3, high: Vec3, resolution: usize) -> Self {
+        build::build(world, (low, high), resolution.clamp(BRICK, 512))
     }
 
     /// Side of a voxel, metres.

@@ -86,3 +86,18 @@ fn a_disc_about_a_ray_is_as_wide_as_near_misses_leave_it() {
     assert!((t - 1.95).abs() < 0.3, "{t}");
     assert_eq!(DistanceGrid::build(&world(Vec::new()), 64).distance(Vec3::ONE), f32::INFINITY);
 }
+
+#[test]
+fn the_grid_of_a_part_of_a_world_is_as_right_within_it_and_finer() {
+    let balls = [(Vec3::new(-1.0, 0.0, 0.3), 0.4), (Vec3::new(90.0, 0.5, -0.6), 0.7)];
+    let world = world(balls.iter().map(|&(c, r)| ball(c, r, Motion::IDENTITY)).collect());
+    let (low, high) = (Vec3::splat(-2.0), Vec3::splat(2.0));
+    let grid = DistanceGrid::build_within(&world, low, high, 64);
+    assert!(grid.voxel() < 0.07);
+    for u in numbers(5000) {
+        let point = (u - 0.5) * 4.0;
+        let truth = (point.distance(balls[0].0) - balls[0].1).abs();
+        let said = grid.distance(point);
+        assert!(said <= truth + 1e-5 && said >= truth - 4.5 * grid.voxel() - 0.2 * truth, "{point}");
+    }
+}

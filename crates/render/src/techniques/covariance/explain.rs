@@ -5,14 +5,16 @@ use std::fmt::Write;
 use halflight_frequency::covariance::Steps;
 use halflight_scene::Frame;
 
-use super::Covariance;
 use super::film_axes::FilmAxes;
 use super::look::Look;
 use super::pilot::{Found, Pilots, forecast};
 use super::reconstruct::Shape;
+use super::settings::Method;
 use super::trail::edge;
+use super::{Covariance, photons};
 use crate::camera_sample::CameraSampler;
 use crate::techniques::path::integrator::Integrator;
+use crate::tracking::Passage;
 
 /// Paths that an explanation looks at.
 const PATHS: u32 = 16;
@@ -90,6 +92,58 @@ impl Covariance {
             "widest filter                       {:>10.2} x {:.2} pixels standard deviation (at most {})",
             shape.deviations[0], shape.deviations[1], self.settings.widest_filter
         );
+        if self.settings.method == Method::Photons {
+            return Some(self.explain_photons(frame, [width, height], [x, y], text, steps));
+        }
         Some(Explanation { text, steps })
+    }
+
+    /// What photons bring to a pixel: the way of the one that brings most, and how wide their kernels are.
+    fn explain_photons(
+        &self,
+        frame: &Frame,
+        [width, height]: [usize; 2],
+        [x, y]: [usize; 2],
+        mut text: String,
+        steps: Steps<5>,
+    ) -> Explanation {
+        /// Passes that are looked at.
+        const PASSES: u32 = 4;
+        let axes = FilmAxes::new(frame, width, height);
+        let method = photons::Method::new(frame, self.settings, &axes, 0);
+        let view = frame.camera.view(width, height);
+        let mut strongest: Option<(f32, u32, u32, f32)> = None;
+        let (mut sum, mut radii, mut count) = (0.0f32, 0.0f32, 0u32);
+        for pass in 0..PASSES {
+            let photons = method.photons(pass);
+            let mut passage = Passage::default();
+            let seen = method.look(&photons, &view, [x, y], pass, &mut passage, |number, radius, brought| {
+                count += 1;
+                if strongest.is_none_or(|(most, ..)| brought > most) {
+                    strongest = Some((brought, pass, number, radius));
+                }
+            });
+            sum += seen.of_photons;
+            radii += seen.radii;
+        }
+        let Some((brought, pass, number, radius)) = strongest else {
+            text += "\nno photon reaches it\n";
+            return Explanation { text, steps };
+        };
+        let steps = method.steps(pass, number);
+        let _ = write!(text, "\nthe photon that brings most, from its light to its last event:\n{steps}");
+        let _ = writeln!(
+            text,
+            "\nphotons that reach the pixel            {:>10.1} a pass, of {}",
+            f64::from(count) / f64::from(PASSES),
+            self.settings.photons
+        );
+        let _ = writeln!(
+            text,
+            "radius of that photon's kernel          {radius:>10.4} m in pass {}, for {brought:.4} of luminance",
+            pass + 1
+        );
+        let _ = writeln!(text, "mean radius, by what they bring         {:>10.4} m", radii / sum.max(1e-20));
+        Explanation { text, steps }
     }
 }

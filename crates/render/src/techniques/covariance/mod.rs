@@ -12,6 +12,7 @@
 //! | `film_axes` | the camera as the last operator |
 //! | `allocate`, `gather` | how many samples, and taking them |
 //! | `reconstruct` | filters |
+//! | `photons` | density estimation, another method than all this |
 //! | `explain` | the chain of one pixel, in words |
 //!
 //! Source: seed \[003\] (Belcour et al. 2013, 2014), corrected as `docs/errata.md` says. Costs: `halflight bench covariance`.
@@ -21,6 +22,7 @@ mod explain;
 mod film_axes;
 mod gather;
 mod look;
+mod photons;
 mod pilot;
 mod reconstruct;
 mod settings;
@@ -33,7 +35,7 @@ use std::time::{Duration, Instant};
 use halflight_scene::Frame;
 use rayon::prelude::*;
 
-pub use settings::{CovarianceSettings, Reconstruction, Sampling};
+pub use settings::{CovarianceSettings, Kernel, Method, Reconstruction, Sampling};
 
 use super::path::integrator::Integrator;
 use super::path::{DEFAULT_SAMPLES, MAX_SAMPLES};
@@ -126,6 +128,9 @@ impl Technique for Covariance {
         budget: &Budget,
         progress: &dyn Progress,
     ) -> Result<RenderReport, TechniqueError> {
+        if self.settings.method == Method::Photons {
+            return photons::render(self.settings, frame, film, budget, progress);
+        }
         let deadline = Deadline::new(budget.seconds);
         let unlimited = budget.seconds.is_none() && budget.error.is_none();
         let target = budget.samples.unwrap_or(if unlimited { DEFAULT_SAMPLES } else { MAX_SAMPLES });

@@ -6,6 +6,7 @@ use glam::{Vec2, Vec3};
 use halflight_frequency::covariance::{
     Covariance5, Mean, Steps, remaining, sampling_density, spatial_block, variance_within,
 };
+use halflight_scene::Frame;
 use halflight_scene::lights::{Arrival, luminance};
 use halflight_trace::{Hit, Ray};
 
@@ -157,7 +158,7 @@ impl<'a> Pilots<'a> {
                     distance,
                     velocity: velocity(frame, vertex.surface.instance, vertex.surface.position, ray.time),
                     anisotropy: collision.map(|at| at.anisotropy),
-                    bend: if self.carry { self.bend(&sent, &vertex) } else { None },
+                    bend: if self.carry { bend(frame, &sent, &vertex) } else { None },
                     ratio: None,
                     onward: Vec3::ZERO,
                     delta: vertex.bsdf.is_delta_only(),
@@ -190,9 +191,7 @@ impl<'a> Pilots<'a> {
                 let normal = vertex.shading_normal();
                 let (a, b) = (vertex.towards_eye, direction);
                 if normal.dot(a) * normal.dot(b) < 0.0 && node.anisotropy.is_none() {
-                    // By Snell's law from the directions themselves: n₁ sin θ₁ = n₂ sin θ₂.
-                    let (s, t) = (normal.cross(a).length(), normal.cross(b).length());
-                    node.ratio = Some(if t > 1e-4 { s / t } else { 1.0 });
+                    node.ratio = Some(vertex.bsdf.index_beyond(vertex.wo));
                 }
             }
             departure = from;
@@ -237,32 +236,31 @@ impl<'a> Pilots<'a> {
         let solid_angle = if light.delta { 0.0 } else { 1.0 / light.pdf.max(1e-9) };
         Some((direct, Source { direction: light.direction, solid_angle, distance }))
     }
+}
 
-    /// How the normal turns from a vertex to two neighbours of it, by rays beside the one that found it. Only where the
-    /// surface may be shiny.
-    fn bend(&self, sent: &Ray, vertex: &Vertex) -> Option<[[Vec3; 2]; 2]> {
-        /// The angle between the rays.
-        const STEP: f32 = 2e-3;
-        let shiny = vertex.surface.instance != u32::MAX
-            && !matches!(vertex.material.kind, halflight_material::MaterialKind::Diffuse { .. })
-            && !matches!(vertex.material.kind, halflight_material::MaterialKind::Black);
-        if !shiny {
+/// How the normal turns from a vertex to two neighbours of it, by rays beside the one that found it. Only where the
+/// surface may be shiny.
+pub(super) fn bend(frame: &Frame, sent: &Ray, vertex: &Vertex) -> Option<[[Vec3; 2]; 2]> {
+    /// The angle between the rays.
+    const STEP: f32 = 2e-3;
+    let shiny = vertex.surface.instance != u32::MAX
+        && !matches!(vertex.material.kind, halflight_material::MaterialKind::Diffuse { .. })
+        && !matches!(vertex.material.kind, halflight_material::MaterialKind::Black);
+    if !shiny {
+        return None;
+    }
+    let facing = |n: Vec3| if n.dot(vertex.towards_eye) < 0.0 { -n } else { n };
+    let normal = facing(vertex.shading_normal());
+    let x = sent.direction.any_orthonormal_vector();
+    let y = sent.direction.cross(x);
+    let step = |axis: Vec3| {
+        let ray = Ray { direction: (sent.direction + STEP * axis).normalize(), ..*sent };
+        let hit: Hit = frame.world.closest(&ray)?;
+        if hit.instance != vertex.surface.instance {
             return None;
         }
-        let frame = self.integrator.frame;
-        let facing = |n: Vec3| if n.dot(vertex.towards_eye) < 0.0 { -n } else { n };
-        let normal = facing(vertex.shading_normal());
-        let x = sent.direction.any_orthonormal_vector();
-        let y = sent.direction.cross(x);
-        let step = |axis: Vec3| {
-            let ray = Ray { direction: (sent.direction + STEP * axis).normalize(), ..*sent };
-            let hit: Hit = frame.world.closest(&ray)?;
-            if hit.instance != vertex.surface.instance {
-                return None;
-            }
-            let other = frame.world.surface(&ray, &hit);
-            Some([other.position - vertex.surface.position, facing(other.shading_normal) - normal])
-        };
-        Some([step(x)?, step(y)?])
-    }
+        let other = frame.world.surface(&ray, &hit);
+        Some([other.position - vertex.surface.position, facing(other.shading_normal) - normal])
+    };
+    Some([step(x)?, step(y)?])
 }

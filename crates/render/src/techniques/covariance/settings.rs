@@ -16,6 +16,26 @@ choices! {
 }
 
 choices! {
+    /// How the technique `covariance` makes a picture.
+    pub enum Method, "covariance method" {
+        /// Paths from the eye alone.
+        "paths" => Paths,
+        /// Photons for what smooth surfaces gather and for media, paths for the rest.
+        "photons" => Photons,
+    }
+}
+
+choices! {
+    /// How wide the kernels of photons are.
+    pub enum Kernel, "covariance kernel" {
+        /// As the covariance of their light allows for their number.
+        "covariance" => Covariance,
+        /// The same for all, narrower from pass to pass.
+        "fixed" => Fixed,
+    }
+}
+
+choices! {
     /// Where the technique `covariance` puts samples.
     pub enum Sampling, "covariance sampling" {
         /// Where the prediction and the measured variance ask for them.
@@ -48,6 +68,22 @@ record! {
         #[unit = "pixels"]
         #[example = "6"]
         widest_filter: f32 = 4.0 => positive(),
+        /// Paths from the eye, or photons from the lights with them: for caustics and for media.
+        #[example = "\"photons\""]
+        method: Method = Method::Paths,
+        /// Photons of each pass; a pass is one sample a pixel.
+        #[example = "200000"]
+        photons: u32 = 65536 => within(1.0, 1e8),
+        /// How wide the kernels of photons are.
+        #[example = "\"fixed\""]
+        kernel: Kernel = Kernel::Covariance,
+        /// First radius of fixed kernels; four pixels where the camera is focused unless given.
+        #[unit = "m"]
+        #[example = "0.05"]
+        radius: Option<f32> => positive(),
+        /// How fast fixed kernels narrow: pass i + 1 has (i + this)/(i + 1) of the area of pass i; 1 is not at all.
+        #[example = "0.8"]
+        radius_falloff: f32 = 0.666_666_7 => within(0.0, 1.0),
     }
 }
 
@@ -62,6 +98,11 @@ impl Default for CovarianceSettings {
             sampling: Sampling::Adaptive,
             reconstruction: Reconstruction::Filtered,
             widest_filter: 4.0,
+            method: Method::Paths,
+            photons: 65536,
+            kernel: Kernel::Covariance,
+            radius: None,
+            radius_falloff: 0.666_666_7,
         }
     }
 }

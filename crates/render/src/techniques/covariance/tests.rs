@@ -52,7 +52,7 @@ transform = { scale = 0.5, translate = [0.2, 0.3, -2] }
 keyframes = [{ time = 0, translate = [0, 0, 0] }, { time = 1, translate = [2, 0, 0] }]
 "#;
 
-fn frame(text: &str) -> Frame {
+pub(super) fn frame(text: &str) -> Frame {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("scene.toml");
     std::fs::write(&path, text).unwrap();
@@ -66,7 +66,7 @@ fn picture(technique: &dyn Technique, frame: &Frame, samples: u32, seed: u64) ->
     film
 }
 
-fn relative_mse(film: &Film, truth: &Film) -> f64 {
+pub(super) fn relative_mse(film: &Film, truth: &Film) -> f64 {
     let (a, b) = (film.image().pixels, truth.image().pixels);
     let error = a.iter().zip(&b).flat_map(|(a, b)| (0..3).map(move |c| (f64::from(a[c]), f64::from(b[c]))));
     error.map(|(x, r)| (x - r) * (x - r) / (r * r + 0.01)).sum::<f64>() / (3 * a.len()) as f64

@@ -59,13 +59,14 @@ pub(super) struct Source {
 }
 
 /// The spectrum of light while it travels.
-struct Beam {
-    covariance: Covariance5,
-    axes: [Vec3; 2],
+pub(super) struct Beam {
+    pub(super) covariance: Covariance5,
+    pub(super) axes: [Vec3; 2],
 }
 
 impl Beam {
-    fn turned(&mut self, towards: Vec3) {
+    /// Turns the first axis towards a direction.
+    pub(super) fn turned(&mut self, towards: Vec3) {
         let [x, y] = self.axes;
         let (cos, sin) = (x.dot(towards), y.dot(towards));
         let length = (cos * cos + sin * sin).sqrt();
@@ -79,9 +80,9 @@ impl Beam {
 }
 
 /// Remembers steps, or does not.
-type Note<'n> = Option<&'n mut Steps<5>>;
+pub(super) type Note<'n> = Option<&'n mut Steps<5>>;
 
-fn note(steps: &mut Note, covariance: &Covariance5, name: impl FnOnce() -> String) {
+pub(super) fn note(steps: &mut Note, covariance: &Covariance5, name: impl FnOnce() -> String) {
     if let Some(steps) = steps {
         steps.note(name(), covariance);
     }
@@ -243,13 +244,49 @@ pub(super) fn edge(edge: &Edge, ray: Vec3, axes: &FilmAxes) -> Covariance5 {
     axes.film(ray, &light)
 }
 
+/// What light does at a surface.
+pub(super) struct Meeting<'m> {
+    pub(super) name: &'m str,
+    /// On either side.
+    pub(super) normal: Vec3,
+    /// Towards where the light comes from, and where it goes.
+    pub(super) incoming: Vec3,
+    pub(super) outgoing: Vec3,
+    pub(super) velocity: Vec3,
+    /// n of the light's side over n of the other, where light goes through.
+    pub(super) ratio: Option<f32>,
+    pub(super) delta: bool,
+}
+
 /// Reflection or refraction at a surface.
 fn surface(beam: &mut Beam, node: &Node, incoming: Vec3, steps: &mut Note) {
     let vertex = &node.vertex;
-    let outgoing = vertex.towards_eye;
-    let normal = vertex.shading_normal();
-    let normal = if normal.dot(outgoing) < 0.0 { -normal } else { normal };
-    let passes = node.ratio.filter(|_| incoming.dot(normal) < 0.0);
+    let meeting = Meeting {
+        name: &vertex.material.name,
+        normal: vertex.shading_normal(),
+        incoming,
+        outgoing: vertex.towards_eye,
+        velocity: node.velocity,
+        ratio: node.ratio,
+        delta: node.delta,
+    };
+    let bend = node.bend.as_ref();
+    let lobe = |axes| lobe(incoming, axes, |d| luminance(vertex.bsdf.eval(vertex.wo, vertex.to_local(d))));
+    meet(beam, &meeting, bend, lobe, steps);
+}
+
+/// Light past a surface that reflects or refracts it. `bend` is as seen from the outgoing side, `lobe` gives the variance of what
+/// is scattered about the direction of the light, on tangent axes.
+pub(super) fn meet(
+    beam: &mut Beam,
+    meeting: &Meeting,
+    bend: Option<&[[Vec3; 2]; 2]>,
+    lobe: impl FnOnce([Vec3; 2]) -> [f64; 3],
+    steps: &mut Note,
+) {
+    let Meeting { incoming, outgoing, .. } = *meeting;
+    let normal = if meeting.normal.dot(outgoing) < 0.0 { -meeting.normal } else { meeting.normal };
+    let passes = meeting.ratio.filter(|_| incoming.dot(normal) < 0.0);
     let (cos_in, cos_out) = (incoming.dot(normal).abs().max(0.02), outgoing.dot(normal).abs().max(0.02));
     let in_plane =
         |direction: Vec3, fallback: Vec3| (direction - normal * normal.dot(direction)).normalize_or(fallback);
@@ -258,22 +295,31 @@ fn surface(beam: &mut Beam, node: &Node, incoming: Vec3, steps: &mut Note) {
     let across = (tangent - incoming * incoming.dot(tangent)).normalize_or(tangent);
     beam.turned(across);
     let on = |v: Vec3, axes: [Vec3; 2]| axes.map(|axis| f64::from(v.dot(axis)));
-    let velocity = on(node.velocity, beam.axes);
-    let mut c = beam.covariance.into_motion(velocity, [0.0; 2]).arrive(f64::from(cos_in));
+    let moves = meeting.velocity != Vec3::ZERO;
+    if moves {
+        let velocity = on(meeting.velocity, beam.axes);
+        beam.covariance = beam.covariance.into_motion(velocity, [0.0; 2]);
+    }
+    let mut c = beam.covariance.arrive(f64::from(cos_in));
     let b = beam.axes[1];
-    let lobe = if node.delta { [0.0; 3] } else { lobe(vertex, incoming, [tangent, b]) };
+    let lobe = if meeting.delta { [0.0; 3] } else { lobe([tangent, b]) };
     let sharp = lobe[0].min(lobe[2]) < DULL;
-    let k = if sharp { curvature(node, [tangent, b]) } else { [0.0; 3] };
+    let k = if sharp { curvature(bend, [tangent, b]) } else { [0.0; 3] };
+    let bent = k != [0.0; 3];
     let sign = if passes.is_some() { -1.0 } else { 1.0 };
-    c = c.curve(k.map(|k| sign * k), f64::from(cos_in));
+    if bent {
+        c = c.curve(k.map(|k| sign * k), f64::from(cos_in));
+    }
     if let Some(ratio) = passes {
         let interface = Interface { indices: [f64::from(ratio), 1.0], cos_in: f64::from(cos_in) };
         c = c.refract(&interface).unwrap_or(c);
     }
-    if !node.delta {
+    if !meeting.delta {
         c = c.reflect(lobe);
     }
-    c = c.curve(k, f64::from(cos_out));
+    if bent {
+        c = c.curve(k, f64::from(cos_out));
+    }
     // To the plane of the outgoing ray.
     let out = in_plane(outgoing, tangent);
     // Its tangent looks the way the light's does, as a mirror would send it.
@@ -283,17 +329,20 @@ fn surface(beam: &mut Beam, node: &Node, incoming: Vec3, steps: &mut Note) {
     turned.turned(out);
     let x = (turned.axes[0] - outgoing * outgoing.dot(turned.axes[0])).normalize_or(turned.axes[0]);
     beam.axes = [x, turned.axes[1]];
-    let velocity = on(node.velocity, beam.axes);
-    beam.covariance = turned.covariance.leave(f64::from(cos_out)).out_of_motion(velocity, [0.0; 2]);
+    beam.covariance = turned.covariance.leave(f64::from(cos_out));
+    if moves {
+        let velocity = on(meeting.velocity, beam.axes);
+        beam.covariance = beam.covariance.out_of_motion(velocity, [0.0; 2]);
+    }
     note(steps, &beam.covariance, || {
-        let what = match (passes, node.delta) {
+        let what = match (passes, meeting.delta) {
             (Some(_), _) => "refraction",
             (None, true) => "mirror",
             (None, false) => "reflection",
         };
         format!(
             "{what} by {}, cos {cos_in:.3} in, {cos_out:.3} out, lobe {:.4} x {:.4} rad, curvature {:.3} {:.3} {:.3} 1/m",
-            vertex.material.name,
+            meeting.name,
             lobe[0].sqrt(),
             lobe[2].sqrt(),
             k[0],
@@ -305,7 +354,12 @@ fn surface(beam: &mut Beam, node: &Node, incoming: Vec3, steps: &mut Note) {
 
 /// Scattering at a point of a medium.
 fn scatter(beam: &mut Beam, node: &Node, incoming: Vec3, g: f32, steps: &mut Note) {
-    let ahead = -node.vertex.towards_eye;
+    scatter_to(beam, incoming, node.vertex.towards_eye, g, steps);
+}
+
+/// Light past a point of a medium.
+pub(super) fn scatter_to(beam: &mut Beam, incoming: Vec3, outgoing: Vec3, g: f32, steps: &mut Note) {
+    let ahead = -outgoing;
     let cos = incoming.dot(ahead);
     let in_plane = (ahead - incoming * cos).normalize_or(beam.axes[0]);
     beam.turned(-in_plane);
@@ -319,11 +373,12 @@ fn scatter(beam: &mut Beam, node: &Node, incoming: Vec3, g: f32, steps: &mut Not
 }
 
 /// The lobe about the direction that light came from, by differences of its logarithm along and across the plane.
-fn lobe(vertex: &Vertex, incoming: Vec3, [tangent, across]: [Vec3; 2]) -> [f64; 3] {
-    let value = |direction: Vec3| {
-        let direction = direction.normalize();
-        luminance(vertex.bsdf.eval(vertex.wo, vertex.to_local(direction)))
-    };
+pub(super) fn lobe(
+    incoming: Vec3,
+    [tangent, across]: [Vec3; 2],
+    scattered: impl Fn(Vec3) -> f32,
+) -> [f64; 3] {
+    let value = |direction: Vec3| scattered(direction.normalize());
     let middle = value(incoming);
     let second = |axis: Vec3| {
         let axis = (axis - incoming * incoming.dot(axis)).normalize_or(axis);
@@ -337,8 +392,8 @@ fn lobe(vertex: &Vertex, incoming: Vec3, [tangent, across]: [Vec3; 2]) -> [f64; 
 }
 
 /// [K_xx, K_xy, K_yy] on tangent axes from how the normal turned over two steps.
-fn curvature(node: &Node, [x, y]: [Vec3; 2]) -> [f64; 3] {
-    let Some([[p, n], [q, m]]) = node.bend else { return [0.0; 3] };
+fn curvature(bend: Option<&[[Vec3; 2]; 2]>, [x, y]: [Vec3; 2]) -> [f64; 3] {
+    let Some(&[[p, n], [q, m]]) = bend else { return [0.0; 3] };
     let on = |v: Vec3| [f64::from(v.dot(x)), f64::from(v.dot(y))];
     let ([p, n], [q, m]) = ([on(p), on(n)], [on(q), on(m)]);
     let determinant = p[0] * q[1] - p[1] * q[0];

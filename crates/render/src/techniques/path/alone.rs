@@ -2,10 +2,9 @@
 //! the paths of a [`block`](super::block) are held against.
 
 use glam::{Vec2, Vec3};
-use halflight_scene::lights::Arrival;
 use halflight_trace::{Hit, Ray};
 
-use super::integrator::{Departure, Integrator, scattered, shadow_ray};
+use super::integrator::{Departure, Integrator};
 use crate::sampler::Sampler;
 use crate::vertex::Vertex;
 
@@ -45,7 +44,7 @@ impl Integrator<'_> {
             let passage = if self.in_media { sampler.next_four() } else { [0.0; 4] };
             let v = sampler.next_four();
             if !vertex.bsdf.is_delta_only() {
-                let direct = self.direct_alone(&vertex, [u[0], u[1], u[2]], passage, ray.time);
+                let direct = self.direct(&vertex, [u[0], u[1], u[2]], passage, ray.time);
                 radiance += self.bounded(throughput * direct, depth + 1);
             }
             let next = self.next(&vertex, u[3], Vec2::new(v[0], v[1]), v[2], depth, &mut throughput);
@@ -55,24 +54,5 @@ impl Integrator<'_> {
             hit = frame.world.closest(&ray);
         }
         radiance
-    }
-
-    /// Radiance towards the eye from one sample of the lights.
-    fn direct_alone(&self, vertex: &Vertex, u: [f32; 3], passage: [f32; 4], time: f32) -> Vec3 {
-        let lights = &self.frame.lights;
-        let light = lights.sample(vertex.surface.position, u[2], Vec2::new(u[0], u[1]), time);
-        let Some(light) = light else { return Vec3::ZERO };
-        let Some((scattered, scale)) = scattered(vertex, &light) else { return Vec3::ZERO };
-        let ray = shadow_ray(vertex, &light, time);
-        let blocked = self.frame.world.occluded(&ray);
-        if blocked && (!self.cutouts.any || self.cutouts.blocked(self.frame, &ray)) {
-            return Vec3::ZERO;
-        }
-        let radiance = match light.arrival {
-            Arrival::Environment(point) => lights.environment().map_or(Vec3::ZERO, |e| e.radiance_at(point)),
-            Arrival::From { radiance, .. } => radiance,
-        };
-        let direct = scattered * radiance * scale;
-        if self.in_media { direct * self.transmittance(&ray, passage) } else { direct }
     }
 }

@@ -134,6 +134,31 @@ impl Integrator<'_> {
         Some((direction, (!sample.delta).then_some(departure)))
     }
 
+    /// Radiance towards the eye from one sample of the lights.
+    pub(in crate::techniques) fn direct(
+        &self,
+        vertex: &Vertex,
+        u: [f32; 3],
+        passage: [f32; 4],
+        time: f32,
+    ) -> Vec3 {
+        let lights = &self.frame.lights;
+        let light = lights.sample(vertex.surface.position, u[2], Vec2::new(u[0], u[1]), time);
+        let Some(light) = light else { return Vec3::ZERO };
+        let Some((scattered, scale)) = scattered(vertex, &light) else { return Vec3::ZERO };
+        let ray = shadow_ray(vertex, &light, time);
+        let blocked = self.frame.world.occluded(&ray);
+        if blocked && (!self.cutouts.any || self.cutouts.blocked(self.frame, &ray)) {
+            return Vec3::ZERO;
+        }
+        let radiance = match light.arrival {
+            Arrival::Environment(point) => lights.environment().map_or(Vec3::ZERO, |e| e.radiance_at(point)),
+            Arrival::From { radiance, .. } => radiance,
+        };
+        let direct = scattered * radiance * scale;
+        if self.in_media { direct * self.transmittance(&ray, passage) } else { direct }
+    }
+
     /// The contribution of light that was scattered `depth` times, with indirect light clamped if that is asked for.
     #[inline]
     pub(in crate::techniques) fn bounded(&self, contribution: Vec3, depth: u32) -> Vec3 {
