@@ -53,6 +53,7 @@
 //! | [`trace`] | rays against everything |
 //! | [`scene`] | scene files, lights, cameras, animation |
 //! | [`render`] | the film, samplers, and the techniques |
+//! | [`job`], [`demos`] | from scenes and wishes to files of pictures; the scenes that are built in |
 //! | [`sphere_visibility`] | how far the shadows of a sphere set are from those of its mesh |
 
 pub use halflight_ddf as ddf;
@@ -64,6 +65,8 @@ pub use halflight_scene as scene;
 pub use halflight_shape as shape;
 pub use halflight_trace as trace;
 
+pub mod demos;
+pub mod job;
 pub mod sphere_visibility;
 
 pub use render::{Budget, Film, Progress, Quiet, RenderReport, Technique, TechniqueError, techniques};

@@ -24,6 +24,8 @@ fn every_example_of_every_help_text_runs() {
     // What the examples expect to find.
     place.done("render scene.toml --spp 16 -o noisy.exr");
     place.done("render scene.toml --spp 64 --seed 1 -o truth.exr");
+    place.done("render scene.toml --spp 1 --tile 1/2 -o half.exr");
+    place.done("render scene.toml --spp 1 --tile 2/2 -o half.exr");
     place.done("brdf synth diffuse -o paint.binary");
     place.done("sh project hall.hdr -o light.json");
     place.done("spheres fit bunny.ply -n 3");

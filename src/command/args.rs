@@ -3,7 +3,7 @@
 use clap::{Args, Parser, Subcommand};
 
 use super::{
-    bench, brdf, compare, completions, ddf, demo, examples, explain, info, render, sh, spheres, view,
+    bench, brdf, compare, completions, ddf, demo, examples, explain, info, merge, render, sh, spheres, view,
 };
 
 /// A renderer for scenes that move, lit from everywhere, made of measured materials.
@@ -32,6 +32,9 @@ pub(crate) enum Command {
     /// Render a scene or a bare asset to a picture or a sequence of pictures
     #[command(after_help = examples::after_help("render"))]
     Render(Box<render::RenderArgs>),
+    /// Join the tiles of pictures that several machines have rendered
+    #[command(after_help = examples::after_help("merge"))]
+    Merge(merge::MergeArgs),
     /// Measure how far apart two pictures, or several techniques on one scene, are
     #[command(after_help = examples::after_help("compare"))]
     Compare(Box<compare::CompareArgs>),

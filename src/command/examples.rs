@@ -41,6 +41,16 @@ pub(crate) const EXAMPLES: &[Example] = &[
         "halflight render bunny.ply --material \"phong exponent=40\" --max-depth 1 -o shiny.png",
     ),
     example(
+        "render",
+        "A quarter of a picture, on one machine of four",
+        "halflight render scene.toml --spp 8 --size 320x180 --tile 1/4 -o big.exr",
+    ),
+    example(
+        "merge",
+        "Both halves of a picture",
+        "halflight merge half.tile1of2.exr half.tile2of2.exr -o half.png",
+    ),
+    example(
         "compare",
         "How far is a picture from the truth?",
         "halflight compare noisy.exr truth.exr -o report",

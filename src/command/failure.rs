@@ -49,6 +49,15 @@ impl Failure {
     }
 }
 
+impl From<halflight::job::JobError> for Failure {
+    fn from(error: halflight::job::JobError) -> Self {
+        match error {
+            halflight::job::JobError::Usage(message) => Self::Usage(message),
+            halflight::job::JobError::Failed(message) => Self::Failed(message),
+        }
+    }
+}
+
 impl From<halflight_file::LoadError> for Failure {
     fn from(error: halflight_file::LoadError) -> Self {
         Self::failed(error)

@@ -13,6 +13,7 @@ mod explain;
 mod failure;
 mod info;
 mod interrupt;
+mod merge;
 mod output;
 mod parse;
 mod progress;
@@ -71,6 +72,7 @@ fn execute(cli: Cli, console: Console) -> Result<(), Failure> {
     };
     match command {
         Command::Render(args) => render::run(&args, console),
+        Command::Merge(args) => merge::run(&args, console),
         Command::Compare(args) => compare::run(&args, console),
         Command::Info(args) => info::run(&args, console),
         Command::Brdf(args) => brdf::run(&args, console),

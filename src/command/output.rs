@@ -1,43 +1,13 @@
-//! Where pictures go: formats by extension, checks before the work starts, and the writing after it.
+//! Where pictures go: checks before the work starts, and the writing after it.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
-use halflight_image::{Picture, Precision, RgbImage, ToneCurve, ToneMapping, save_hdr, save_png};
+pub(crate) use halflight::job::{Encoding, Format};
+use halflight_image::{Picture, ToneCurve};
 
 use super::failure::Failure;
-
-/// The formats that can be written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Format {
-    /// OpenEXR: radiance, layers, metadata.
-    Exr,
-    /// Radiance HDR: radiance.
-    Hdr,
-    /// PNG: what a screen shows.
-    Png,
-}
-
-impl Format {
-    /// The format that the extension of a file's name asks for.
-    pub(crate) fn of(path: &Path) -> Result<Self, Failure> {
-        let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-        match extension.as_deref() {
-            Some("exr") => Ok(Self::Exr),
-            Some("hdr") => Ok(Self::Hdr),
-            Some("png") => Ok(Self::Png),
-            Some(other) => Err(Failure::usage(format!(
-                "cannot write {}: pictures are written as .exr, .hdr or .png, not .{other}",
-                path.display()
-            ))),
-            None => Err(Failure::usage(format!(
-                "cannot write {}: the name needs an extension, .exr, .hdr or .png",
-                path.display()
-            ))),
-        }
-    }
-}
 
 /// How radiance becomes what a PNG holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -48,37 +18,18 @@ pub(crate) enum Tone {
     Filmic,
 }
 
-/// How a picture is to be written.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Encoding {
-    pub(crate) exposure_ev: f32,
-    pub(crate) tone: Tone,
-    pub(crate) half: bool,
+impl From<Tone> for ToneCurve {
+    fn from(tone: Tone) -> Self {
+        match tone {
+            Tone::Srgb => Self::Srgb,
+            Tone::Filmic => Self::Filmic,
+        }
+    }
 }
 
 /// Writes the picture whole, in the format of its name.
 pub(crate) fn save(path: &Path, picture: &Picture, encoding: &Encoding) -> Result<(), Failure> {
-    match Format::of(path)? {
-        Format::Exr => {
-            let precision = if encoding.half { Precision::Half } else { Precision::Float };
-            picture.save_exr(path, precision)?;
-        }
-        Format::Hdr => save_hdr(path, &color(picture))?,
-        Format::Png => save_png(path, &color(picture), &tone_mapping(encoding))?,
-    }
-    Ok(())
-}
-
-fn color(picture: &Picture) -> RgbImage {
-    picture.rgb().unwrap_or_else(|| RgbImage::new(picture.width, picture.height))
-}
-
-fn tone_mapping(encoding: &Encoding) -> ToneMapping {
-    let curve = match encoding.tone {
-        Tone::Srgb => ToneCurve::Srgb,
-        Tone::Filmic => ToneCurve::Filmic,
-    };
-    ToneMapping { exposure_ev: encoding.exposure_ev, curve }
+    Ok(halflight::job::save(path, picture, encoding)?)
 }
 
 /// Fails now rather than after hours of work: the folder must take new files, and is made if there is none; the name
@@ -125,13 +76,6 @@ fn probe_name(path: &Path) -> PathBuf {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_extension_tells_the_format_in_either_case() {
-        assert_eq!(Format::of(Path::new("a/B.EXR")).ok(), Some(Format::Exr));
-        assert!(Format::of(Path::new("a.jpg")).is_err());
-        assert!(Format::of(Path::new("exr")).is_err());
-    }
 
     #[test]
     fn what_cannot_be_written_is_known_before_the_work() {

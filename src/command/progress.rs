@@ -255,17 +255,16 @@ pub(crate) fn save_checkpoint(checkpoint: &Checkpoint, film: &Film) -> Result<()
     checkpoint::save(&checkpoint.path, &checkpoint.identity, film)
 }
 
-/// The film of a checkpoint, or `None` if there is no such file yet.
+/// The film of a checkpoint in place of an empty one, or `None` if there is no such file yet.
 pub(crate) fn load_checkpoint(
     path: &Path,
     identity: &str,
-    width: usize,
-    height: usize,
+    film: Film,
 ) -> Result<Option<Film>, halflight_file::LoadError> {
     if !path.exists() {
         return Ok(None);
     }
-    checkpoint::load(path, identity, width, height).map(Some)
+    checkpoint::load_into(path, identity, film).map(Some)
 }
 
 #[cfg(test)]

@@ -35,7 +35,8 @@ pub(crate) fn sequence(range: FrameRange, fps: f64, output: &Path) -> Vec<Shot> 
         .collect()
 }
 
-fn numbered(output: &Path, frame: f64) -> PathBuf {
+/// The name of a frame's picture; where there is no `#`, `.####` is put before the extension.
+pub(crate) fn numbered(output: &Path, frame: f64) -> PathBuf {
     let name = output.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let name = if name.contains('#') { name } else { with_pattern(&name) };
     let start = name.rfind('#').map_or(0, |end| name[..=end].trim_end_matches('#').len());

@@ -3,18 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
+use halflight::job::{Changes, Size, Stage};
 use halflight_material::Material;
-use halflight_render::techniques;
-use halflight_scene::schema::Table;
-use halflight_scene::spec::ToneName;
-use halflight_scene::{Frame, LoadOptions, Scene, Up};
+use halflight_scene::Up;
 use halflight_trace::Simd;
-use serde_json::json;
 
-use super::demo::{self, Demo};
 use super::failure::Failure;
-use super::output::Tone;
-use super::parse::{Size, assignment};
+use super::parse::assignment;
 
 /// [`Up`] as the command line names it.
 #[derive(clap::ValueEnum, Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -101,122 +96,25 @@ impl MachineArgs {
     }
 }
 
-/// A loaded scene.
-pub(crate) struct Stage {
-    scene: Scene,
-    simd: Simd,
-    hash: String,
-    technique_settings: Vec<String>,
+/// Loads a scene file, a bare asset or a demo.
+pub(crate) fn load(path: &Path, changes: &SceneArgs, machine: &MachineArgs) -> Result<Stage, Failure> {
+    Ok(Stage::load(path, &changes.changes(), machine.simd()?)?)
 }
 
-impl Stage {
-    /// Loads a scene file or a bare asset.
-    pub(crate) fn load(path: &Path, changes: &SceneArgs, machine: &MachineArgs) -> Result<Self, Failure> {
-        let simd = machine.simd()?;
-        let (of_technique, of_scene): (Vec<String>, Vec<String>) =
-            changes.set.iter().cloned().partition(|text| is_of_technique(text));
-        // As text of TOML, whose strings are those of JSON for what file names hold.
-        let field = |(name, file): &(String, String)| format!("shape.{name}.field={}", json!(file));
-        let fields = changes.shape.iter().map(field);
-        let options = LoadOptions {
-            environment: changes.environment.clone(),
-            material: changes.material.clone(),
-            size: changes.size.map(|size| [size.width as u32, size.height as u32]),
-            set: of_scene.into_iter().chain(fields).collect(),
-            simd,
-            up: match changes.up {
+impl SceneArgs {
+    fn changes(&self) -> Changes {
+        Changes {
+            up: match self.up {
                 UpAxis::Y => Up::Y,
                 UpAxis::Z => Up::Z,
             },
-        };
-        let scene = match demo::built_in(path)? {
-            Some(demo) => load_text(demo, &options)?,
-            None => Scene::load(path, &options).map_err(Failure::failed)?,
-        };
-        for (name, _) in scene.techniques() {
-            techniques::find(name).map_err(|e| Failure::failed(format!("{}: {e}", path.display())))?;
-        }
-        let hash = format!("{:016x}", scene.hash());
-        Ok(Self { scene, simd, hash, technique_settings: of_technique })
-    }
-
-    pub(crate) fn scene(&self) -> &Scene {
-        &self.scene
-    }
-
-    pub(crate) fn into_scene(self) -> Scene {
-        self.scene
-    }
-
-    /// What the loader did that the user should know.
-    pub(crate) fn warnings(&self) -> &[String] {
-        self.scene.warnings()
-    }
-
-    /// Of everything that the scene was made from.
-    pub(crate) fn hash(&self) -> &str {
-        &self.hash
-    }
-
-    pub(crate) fn simd_name(&self) -> &'static str {
-        self.simd.name()
-    }
-
-    /// The size of the picture that the scene asks for.
-    pub(crate) fn size(&self) -> Size {
-        let [width, height] = self.scene.image().size;
-        Size { width: width as usize, height: height as usize }
-    }
-
-    /// The exposure that the scene asks for.
-    pub(crate) fn exposure_ev(&self) -> f32 {
-        self.scene.image().exposure_ev
-    }
-
-    /// The tone curve that the scene asks for.
-    pub(crate) fn tone(&self) -> Tone {
-        match self.scene.image().tone {
-            ToneName::Srgb => Tone::Srgb,
-            ToneName::Filmic => Tone::Filmic,
+            environment: self.environment.clone(),
+            material: self.material.clone(),
+            fields: self.shape.clone(),
+            set: self.set.clone(),
+            size: self.size,
         }
     }
-
-    /// What the scene holds, in lines.
-    pub(crate) fn describe(&self) -> String {
-        self.scene.describe()
-    }
-
-    /// The scene at one time.
-    pub(crate) fn frame(&self, time_seconds: f64) -> Result<Frame, Failure> {
-        self.scene.at(time_seconds).map_err(Failure::failed)
-    }
-
-    /// What the scene and `--set` say about a technique.
-    pub(crate) fn technique_settings(&self, name: &str) -> Result<Table, Failure> {
-        let mut table = self.scene.technique(name).cloned().unwrap_or_else(Table::empty);
-        for setting in &self.technique_settings {
-            if let Some(rest) = setting.strip_prefix(name).and_then(|rest| rest.strip_prefix('.')) {
-                table.assign("--set", rest).map_err(Failure::failed)?;
-            }
-        }
-        Ok(table)
-    }
-}
-
-/// Scenes are loaded from files, so a built-in one becomes a file for as long as that takes.
-fn load_text(demo: &Demo, options: &LoadOptions) -> Result<Scene, Failure> {
-    let failure =
-        |e: std::io::Error| Failure::failed(format!("cannot unpack the demo scene {}: {e}", demo.name));
-    let folder = tempfile::tempdir().map_err(failure)?;
-    let path = folder.path().join(format!("{}.toml", demo.name));
-    demo.unpack(&path)?;
-    Scene::load(&path, options).map_err(Failure::failed)
-}
-
-/// Whether a setting belongs to a technique: `path.max_depth=4`.
-fn is_of_technique(setting: &str) -> bool {
-    let rest = |name: &str| setting.strip_prefix(name).is_some_and(|rest| rest.starts_with('.'));
-    techniques::TECHNIQUES.iter().any(|entry| rest(entry.name))
 }
 
 /// The material that a text describes: `phong exponent=40`.

@@ -6,6 +6,8 @@ use std::process::{Command, Stdio};
 use std::time::Instant;
 
 use clap::Args;
+use halflight::demos::{self, DEMOS, Demo};
+use halflight::job::Stage;
 use halflight_file::write_whole;
 use halflight_render::techniques::TECHNIQUES;
 use halflight_view::{Address, Kept, Library, Swap};
@@ -13,11 +15,10 @@ use serde_json::json;
 use tempfile::TempDir;
 
 use super::console::Console;
-use super::demo::{self, DEMOS, Demo};
 use super::failure::Failure;
 use super::interrupt;
 use super::parse::positive;
-use super::stage::{MachineArgs, SceneArgs, Stage};
+use super::stage::{self, MachineArgs, SceneArgs};
 
 /// Files of the folder that are offered, at most, and how deep below it they may lie.
 const MAX_LISTED: usize = 200;
@@ -59,7 +60,7 @@ pub(crate) struct ViewArgs {
 pub(crate) fn run(args: &ViewArgs, console: Console) -> Result<(), Failure> {
     args.machine.apply()?;
     interrupt::listen();
-    let built_in = demo::built_in(&args.scene)?;
+    let built_in = demos::built_in(&args.scene)?;
     let technique = args.technique.as_deref().or(built_in.map(Demo::technique)).unwrap_or(TECHNIQUES[0].name);
     halflight_render::techniques::find(technique).map_err(Failure::usage)?;
     let folder = folder_of(args, built_in.is_some())?;
@@ -82,7 +83,7 @@ pub(crate) fn run(args: &ViewArgs, console: Console) -> Result<(), Failure> {
         open: None,
         dropped: None,
     };
-    let stage = Stage::load(&args.scene, &args.changes, &args.machine)?;
+    let stage = stage::load(&args.scene, &args.changes, &args.machine)?;
     stage.warnings().iter().for_each(|warning| console.warn(warning));
     let first = shelf.show(name, stage)?;
     let begun = Instant::now();
@@ -204,7 +205,7 @@ impl Shelf {
         changes: &SceneArgs,
     ) -> Result<halflight_view::Stage, String> {
         let told = |failure: Failure| failure.message().unwrap_or_default().to_string();
-        let stage = Stage::load(path, changes, &self.machine).map_err(told)?;
+        let stage = stage::load(path, changes, &self.machine).map_err(told)?;
         // What the command line named may lie anywhere.
         let asked = &self.changes;
         let material = asked.material.as_deref().map(|text| text.split_once('=').map_or(text, |(_, of)| of));
@@ -297,7 +298,7 @@ impl Library for Shelf {
 
     fn keep(&mut self, kept: &Kept) -> Result<String, String> {
         let name = self.open.clone().ok_or("nothing is open")?;
-        let (text, stem, of_demo) = match demo::built_in(Path::new(&name)) {
+        let (text, stem, of_demo) = match demos::built_in(Path::new(&name)) {
             Ok(Some(demo)) => (demo.text().to_string(), demo.name.to_string(), Some(demo)),
             _ => {
                 if self.dropped.is_some() || !name.ends_with(".toml") {
@@ -316,8 +317,7 @@ impl Library for Shelf {
         };
         let path = (1..1000).map(free).find(|path| !path.exists()).ok_or("there are too many kept views")?;
         if let Some(demo) = of_demo {
-            demo.unpack_files(&self.folder)
-                .map_err(|failure| failure.message().unwrap_or_default().to_string())?;
+            demo.unpack_files(&self.folder).map_err(|error| error.to_string())?;
         }
         write_whole(&path, "scene file", |writer| std::io::Write::write_all(writer, text.as_bytes()))
             .map_err(|error| error.to_string())?;

@@ -77,6 +77,17 @@ pub struct Picture {
     pub metadata: BTreeMap<String, String>,
 }
 
+/// A rectangle of a larger picture: what one machine of several has rendered.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PicturePart {
+    /// Its pixels.
+    pub picture: Picture,
+    /// The column and the row, in the larger picture, of its first pixel.
+    pub origin: [usize; 2],
+    /// Columns and rows of the larger picture.
+    pub whole: [usize; 2],
+}
+
 /// One named channel of a [`Picture`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {

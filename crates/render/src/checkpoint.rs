@@ -44,7 +44,15 @@ pub fn save(path: &Path, identity: &str, film: &Film) -> Result<(), SaveError> {
 /// # Errors
 /// If the file cannot be read, is damaged, or belongs to another render.
 pub fn load(path: &Path, identity: &str, width: usize, height: usize) -> Result<Film, LoadError> {
-    decode(&read(path, ASKED)?, path, identity, width, height)
+    load_into(path, identity, Film::new(width, height))
+}
+
+/// [`load`] into an empty film of the same size and region.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_into(path: &Path, identity: &str, film: Film) -> Result<Film, LoadError> {
+    decode_into(&read(path, ASKED)?, path, identity, film)
 }
 
 /// [`load`] from memory; `path` is for the error.
@@ -58,6 +66,11 @@ pub fn decode(
     width: usize,
     height: usize,
 ) -> Result<Film, LoadError> {
+    decode_into(bytes, path, identity, Film::new(width, height))
+}
+
+fn decode_into(bytes: &[u8], path: &Path, identity: &str, mut film: Film) -> Result<Film, LoadError> {
+    let (width, height) = (film.width(), film.height());
     let error = |found: &str| LoadError::new(ASKED, path, found).hint("start again without --resume");
     let damaged = || error("the file is damaged or cut short");
     let (body, hash) = bytes.split_last_chunk::<8>().ok_or_else(damaged)?;
@@ -74,12 +87,7 @@ pub fn decode(
     if next_line(&mut rest) != Some(&format!("{width} {height}")) {
         return Err(error("it belongs to a picture of another size"));
     }
-    // Asked before the film is made, so that what is damaged costs nothing.
-    if rest.len() / PIXEL_BYTES < width * height {
-        return Err(damaged());
-    }
-    let mut film = Film::new(width, height);
-    if rest.len() != width * height * PIXEL_BYTES + film.tiles().len() * 8 {
+    if rest.len() != film.pixel_count() * PIXEL_BYTES + film.tiles().len() * 8 {
         return Err(damaged());
     }
     for tile in film.tiles_mut() {

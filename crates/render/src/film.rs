@@ -2,6 +2,9 @@
 //!
 //! Samples are added in the order of their index, in f64, so a film holds the same bits however the work was cut.
 //! A sample with a NaN or an infinity is counted and kept out.
+//!
+//! A film may be of a [`Region`] of its picture alone: it then has the tiles of that region and no others, and a technique
+//! puts into them the bits that it would put there if it filled the whole.
 
 use std::collections::BTreeMap;
 
@@ -80,12 +83,47 @@ pub struct Tile {
     pub non_finite: u64,
 }
 
+/// A rectangle of pixels of a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Region {
+    /// Leftmost column.
+    pub x: usize,
+    /// Topmost row.
+    pub y: usize,
+    /// Columns.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+}
+
+impl Region {
+    /// A whole picture.
+    pub fn whole(width: usize, height: usize) -> Self {
+        Self { x: 0, y: 0, width, height }
+    }
+
+    /// Whether a pixel lies in it.
+    #[inline]
+    pub fn contains(&self, x: usize, y: usize) -> bool {
+        (self.x..self.x + self.width).contains(&x) && (self.y..self.y + self.height).contains(&y)
+    }
+
+    /// Its part of what has one value for each pixel of a picture of `columns`, rows from the top.
+    pub fn cut<T: Clone>(&self, values: &[T], columns: usize) -> Vec<T> {
+        let rows = values.chunks_exact(columns).skip(self.y).take(self.height);
+        rows.flat_map(|row| &row[self.x..self.x + self.width]).cloned().collect()
+    }
+}
+
 /// What a technique fills: radiance, and layers of one value a pixel with the names they have in an OpenEXR file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Film {
     width: usize,
     height: usize,
+    region: Region,
     tiles: Vec<Tile>,
+    /// Fewest samples of a pixel outside of the region, where the technique knows them and they may differ.
+    elsewhere: Option<u32>,
     /// Layers by full channel name (`depth.Z`), rows from the top.
     pub layers: BTreeMap<String, Vec<f32>>,
 }
@@ -96,15 +134,26 @@ impl Film {
     /// # Panics
     /// If a side is zero.
     pub fn new(width: usize, height: usize) -> Self {
+        Self::part(width, height, Region::whole(width, height))
+    }
+
+    /// A film of a part of a picture: of the tiles whose first pixel lies in the region. Outside of them its
+    /// [`image`](Self::image), [`picture`](Self::picture) and layers say nothing.
+    ///
+    /// # Panics
+    /// If a side is zero, or the region holds no such tile.
+    pub fn part(width: usize, height: usize, region: Region) -> Self {
         assert!(width > 0 && height > 0, "a film has pixels");
         let columns = width.div_ceil(TILE_SIZE);
-        let tile = |index: usize| {
-            let (x, y) = (index % columns * TILE_SIZE, index / columns * TILE_SIZE);
+        let corner = |index: usize| (index % columns * TILE_SIZE, index / columns * TILE_SIZE);
+        let tile = |(x, y): (usize, usize)| {
             let (width, height) = (TILE_SIZE.min(width - x), TILE_SIZE.min(height - y));
             Tile { x, y, width, height, pixels: vec![Pixel::default(); width * height], non_finite: 0 }
         };
-        let tiles = (0..columns * height.div_ceil(TILE_SIZE)).map(tile).collect();
-        Self { width, height, tiles, layers: BTreeMap::new() }
+        let corners = (0..columns * height.div_ceil(TILE_SIZE)).map(corner);
+        let tiles: Vec<Tile> = corners.filter(|&(x, y)| region.contains(x, y)).map(tile).collect();
+        assert!(!tiles.is_empty(), "a film has tiles");
+        Self { width, height, region, tiles, elsewhere: None, layers: BTreeMap::new() }
     }
 
     /// Columns.
@@ -115,6 +164,22 @@ impl Film {
     /// Rows.
     pub fn height(&self) -> usize {
         self.height
+    }
+
+    /// The part of the picture that it is of.
+    pub fn region(&self) -> Region {
+        self.region
+    }
+
+    /// How many pixels it has.
+    pub fn pixel_count(&self) -> usize {
+        self.tiles.iter().map(|tile| tile.pixels.len()).sum()
+    }
+
+    /// Tells the fewest samples of a pixel outside of the region: what follows from [`min_samples`](Self::min_samples) is
+    /// then the same in every part of a picture.
+    pub fn set_samples_elsewhere(&mut self, fewest: u32) {
+        self.elsewhere = Some(fewest);
     }
 
     /// The tiles, for threads to fill.
@@ -160,12 +225,12 @@ impl Film {
 
     /// Fewest samples of any pixel.
     pub fn min_samples(&self) -> u32 {
-        self.pixels().map(|p| p.samples).min().unwrap_or(0)
+        self.pixels().map(|p| p.samples).chain(self.elsewhere).min().unwrap_or(0)
     }
 
     /// Samples a pixel, on the average.
     pub fn mean_samples(&self) -> f64 {
-        self.pixels().map(|p| f64::from(p.samples)).sum::<f64>() / (self.width * self.height) as f64
+        self.pixels().map(|p| f64::from(p.samples)).sum::<f64>() / self.pixel_count() as f64
     }
 
     /// Samples that were not finite.
@@ -176,7 +241,7 @@ impl Film {
     /// The mean over pixels of standard error / mean luminance, with the mean floored at a hundredth of the picture's,
     /// so that black pixels do not count for ever. `None` while a pixel has fewer than two samples.
     pub fn relative_error(&self) -> Option<f64> {
-        let count = (self.width * self.height) as f64;
+        let count = self.pixel_count() as f64;
         let floor = self.pixels().map(Pixel::luminance).sum::<f64>() / count * 0.01;
         if floor <= 0.0 {
             return (self.min_samples() >= 2).then_some(0.0);
@@ -237,6 +302,21 @@ mod tests {
             }
             assert_eq!(film.min_samples(), 1);
         }
+    }
+
+    #[test]
+    fn a_film_of_a_part_has_the_tiles_of_its_region_only() {
+        let region = Region { x: 16, y: 0, width: 24, height: 32 };
+        let mut film = Film::part(40, 50, region);
+        film.add_picture(&[Vec3::ONE; 40 * 50]);
+        let counts = film.map(|p| p.samples);
+        for (i, &count) in counts.iter().enumerate() {
+            assert_eq!(count == 1, region.contains(i % 40, i / 40), "{i}");
+        }
+        assert_eq!((film.min_samples(), film.mean_samples(), film.pixel_count()), (1, 1.0, 24 * 32));
+        assert_eq!(region.cut(&counts, 40), vec![1; 24 * 32]);
+        film.set_samples_elsewhere(0);
+        assert_eq!(film.min_samples(), 0);
     }
 
     #[test]

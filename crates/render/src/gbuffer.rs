@@ -8,6 +8,7 @@ use halflight_scene::Frame;
 use halflight_trace::{Geometry, GridPoints, GridRows, Hit, Instance, Ray};
 use rayon::prelude::*;
 
+use crate::film::Region;
 use crate::vertex::{Vertex, facing_like};
 
 /// Columns and rows of the blocks whose rays are traced together.
@@ -50,9 +51,15 @@ pub(crate) struct GBuffer {
 }
 
 impl GBuffer {
-    /// Looks through the point `offset` of each pixel, (½, ½) for its middle. A lens counts as its middle, a shutter
-    /// as the moment it opens.
-    pub(crate) fn look(frame: &Frame, width: usize, height: usize, offset: Vec2, room: &Room) -> Self {
+    /// Looks through the point `offset` of each pixel of a region, (½, ½) for its middle; outside of it there is nothing. A
+    /// lens counts as its middle, a shutter as the moment it opens.
+    pub(crate) fn look(
+        frame: &Frame,
+        [width, height]: [usize; 2],
+        region: Region,
+        offset: Vec2,
+        room: &Room,
+    ) -> Self {
         let grid = frame.camera.view(width, height).grid(offset, width, height);
         let tracer = frame.world.grid(grid);
         let plain = Plain::of(frame);
@@ -62,11 +69,17 @@ impl GBuffer {
             || (GridRows::default(), vec![None; width * BAND], GridPoints::default()),
             |(room, hits, points), (band, pixels)| {
                 let (top, hits) = (band * BAND, &mut hits[..pixels.len()]);
+                if top >= region.y + region.height || top + BAND <= region.y {
+                    pixels.fill(Visible::Nothing(Vec3::Z));
+                    return;
+                }
+                // Rows are traced whole, as in the whole picture, so that they hold the same bits.
                 tracer.rows(top, room, hits);
                 tracer.points(top, hits, points);
                 for (i, (hit, pixel)) in hits.iter().zip(pixels).enumerate() {
-                    let ray = grid.ray(i % width, top + i / width);
-                    let Some(hit) = hit else {
+                    let (x, y) = (i % width, top + i / width);
+                    let ray = grid.ray(x, y);
+                    let Some(hit) = hit.as_ref().filter(|_| region.contains(x, y)) else {
                         *pixel = Visible::Nothing(ray.direction);
                         continue;
                     };
@@ -182,7 +195,7 @@ mod tests {
         ";
         std::fs::write(&path, text).unwrap();
         let frame = Scene::load(&path, &LoadOptions::default()).unwrap().at(0.0).unwrap();
-        let view = GBuffer::look(&frame, 70, 50, Vec2::splat(0.5), &Room::default());
+        let view = GBuffer::look(&frame, [70, 50], Region::whole(70, 50), Vec2::splat(0.5), &Room::default());
         let grid = frame.camera.view(70, 50).grid(Vec2::splat(0.5), 70, 50);
         let mut seen = 0;
         for (i, visible) in view.pixels.iter().enumerate() {

@@ -12,10 +12,12 @@ mod looks;
 pub mod sampler;
 pub mod samplers;
 mod sh_light;
+pub mod share;
 pub mod technique;
 pub mod techniques;
 mod tracking;
 pub mod vertex;
 
-pub use film::Film;
+pub use film::{Film, Region};
+pub use share::Share;
 pub use technique::{Budget, Progress, Quiet, RenderReport, Technique, TechniqueError};

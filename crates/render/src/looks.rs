@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use glam::{Vec2, Vec3};
 use halflight_scene::Frame;
 
-use crate::film::Film;
+use crate::film::{Film, Region};
 use crate::gbuffer::{GBuffer, Room};
 use crate::sampler::Sampler;
 use crate::technique::{Budget, Deadline, Progress, RenderReport};
@@ -38,10 +38,10 @@ impl Stages {
 }
 
 /// Adds looks to the film until the budget is spent, each the picture that `shade` makes of what is visible, and puts
-/// into the report what they took.
+/// into the report what they took. What is visible outside of `region` is not asked for.
 pub(crate) fn add_looks(
     frame: &Frame,
-    film: &mut Film,
+    (film, region): (&mut Film, Region),
     (budget, deadline): (&Budget, &Deadline),
     progress: &dyn Progress,
     (report, stages): (&mut RenderReport, Stages),
@@ -56,7 +56,7 @@ pub(crate) fn add_looks(
         progress,
         (report, stages),
         |size, offset, _, stages| {
-            let view = stages.time("g-buffer", || GBuffer::look(frame, size[0], size[1], offset, room));
+            let view = stages.time("g-buffer", || GBuffer::look(frame, size, region, offset, room));
             let rays = view.pixels.len() as u64;
             let picture = shade(&view, stages);
             view.leave(room);

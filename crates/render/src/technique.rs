@@ -17,6 +17,12 @@ pub trait Technique: Send {
         Ok(())
     }
 
+    /// Whether a part of a film takes but its share of the time of the whole. Where not, the technique works on the whole
+    /// picture and keeps what the film is of; the bits are the same either way.
+    fn divides(&self) -> bool {
+        false
+    }
+
     /// Goes on filling the film for one instant until the budget is spent or the progress says to stop. The same
     /// inputs give the same bits, whatever the number of threads.
     ///

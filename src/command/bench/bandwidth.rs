@@ -7,6 +7,7 @@
 use std::path::Path;
 use std::time::Duration;
 
+use halflight::job::Stage;
 use halflight_image::{RgbImage, metrics};
 use halflight_render::techniques::bandwidth::{Antialias, BandwidthSettings, BandwidthTechnique, Mode};
 use halflight_render::techniques::path::{Path as PathTechnique, PathSettings};
@@ -16,7 +17,7 @@ use halflight_scene::Frame;
 use super::{BenchArgs, Findings};
 use crate::command::failure::Failure;
 use crate::command::progress::silent;
-use crate::command::stage::{SceneArgs, Stage};
+use crate::command::stage::{self, SceneArgs};
 use crate::command::table::Table;
 use crate::command::{interrupt, resources, words};
 
@@ -45,7 +46,7 @@ struct Subject {
 
 impl Subject {
     fn new((name, seed): (&'static str, &'static str), args: &BenchArgs) -> Result<Self, Failure> {
-        let stage = Stage::load(Path::new(&format!("demo:{name}")), &SceneArgs::default(), &args.machine)?;
+        let stage = stage::load(Path::new(&format!("demo:{name}")), &SceneArgs::default(), &args.machine)?;
         let frame = stage.frame(0.0)?;
         let (size, samples) = if args.quick { (64, 16) } else { (512, TRUTH) };
         let truth = RgbImage::new(0, 0);

@@ -18,7 +18,7 @@ use halflight_scene::Frame;
 use super::{BenchArgs, Findings};
 use crate::command::failure::Failure;
 use crate::command::progress::silent;
-use crate::command::stage::{SceneArgs, Stage};
+use crate::command::stage::{self, SceneArgs};
 use crate::command::table::Table;
 use crate::command::{interrupt, resources};
 
@@ -43,7 +43,7 @@ struct Subject {
 impl Subject {
     fn new(name: &str, args: &BenchArgs) -> Result<Self, Failure> {
         let stage =
-            Stage::load(FilePath::new(&format!("demo:{name}")), &SceneArgs::default(), &args.machine)?;
+            stage::load(FilePath::new(&format!("demo:{name}")), &SceneArgs::default(), &args.machine)?;
         let frame = stage.frame(0.0)?;
         Ok(Self { frame, size: if args.quick { [160, 90] } else { [240, 135] } })
     }

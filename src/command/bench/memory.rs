@@ -4,7 +4,7 @@ use super::subjects::peak_file;
 use super::{BenchArgs, Findings};
 use crate::command::failure::Failure;
 use crate::command::progress::silent;
-use crate::command::stage::{SceneArgs, Stage};
+use crate::command::stage::{self, SceneArgs};
 use crate::command::table::Table;
 use crate::command::techniques::{self, TechniqueSpec};
 use crate::command::{resources, words};
@@ -22,7 +22,7 @@ pub(super) fn measure(args: &BenchArgs) -> Result<Findings, Failure> {
         return Ok(Findings { title: "Memory", table, notes });
     }
     resources::reset_peak_memory();
-    let stage = Stage::load(&path, &SceneArgs::default(), &args.machine)?;
+    let stage = stage::load(&path, &SceneArgs::default(), &args.machine)?;
     let loaded = resources::peak_memory_bytes();
     let frame = stage.frame(0.0)?;
     let technique = techniques::create(&TechniqueSpec::default(), &stage)?.technique;

@@ -12,7 +12,7 @@ use halflight_render::{Budget, Film};
 use super::{BenchArgs, Findings};
 use crate::command::failure::Failure;
 use crate::command::progress::silent;
-use crate::command::stage::{SceneArgs, Stage};
+use crate::command::stage::{self, SceneArgs};
 use crate::command::table::Table;
 use crate::command::techniques::{self, TechniqueSpec};
 use crate::command::{interrupt, resources, words};
@@ -69,7 +69,7 @@ pub(super) fn measure(args: &BenchArgs) -> Result<Findings, Failure> {
 
 fn race(args: &BenchArgs, goal: &Reference, scene: &Path, picture: &Path) -> Result<Vec<String>, Failure> {
     let truth = load_rgb(picture)?;
-    let stage = Stage::load(scene, &SceneArgs::default(), &args.machine)?;
+    let stage = stage::load(scene, &SceneArgs::default(), &args.machine)?;
     let settings = vec![format!("max_depth={}", goal.max_depth)];
     let spec = TechniqueSpec { name: "path".into(), settings };
     let technique = techniques::create(&spec, &stage)?.technique;

@@ -16,7 +16,7 @@ use halflight_scene::Frame;
 use super::{BenchArgs, Findings};
 use crate::command::failure::Failure;
 use crate::command::progress::silent;
-use crate::command::stage::{SceneArgs, Stage};
+use crate::command::stage::{self, SceneArgs};
 use crate::command::table::Table;
 use crate::command::{interrupt, resources};
 
@@ -45,7 +45,7 @@ impl Subject {
 
     fn new(name: &str, args: &BenchArgs) -> Result<Self, Failure> {
         let scene = format!("demo:{name}");
-        let stage = Stage::load(FilePath::new(&scene), &SceneArgs::default(), &args.machine)?;
+        let stage = stage::load(FilePath::new(&scene), &SceneArgs::default(), &args.machine)?;
         let (size, passes, photons) = if args.quick { ([64, 36], 4, 8192) } else { ([128, 72], 16, 16384) };
         let empty = || RgbImage::from_fn(1, 1, |_, _| [0.0; 3]);
         let truths = [empty(), empty()];

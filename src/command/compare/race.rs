@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::time::Instant;
 
+use halflight::job::Stage;
 use halflight_image::RgbImage;
 use halflight_image::metrics::relative_mse;
 use halflight_image::report::{Candidate, Comparison, Curve, CurvePoint};
@@ -15,7 +16,7 @@ use crate::command::failure::Failure;
 use crate::command::output::Format;
 use crate::command::parse::Size;
 use crate::command::progress::Meter;
-use crate::command::stage::{SceneArgs, Stage};
+use crate::command::stage::{self, SceneArgs};
 use crate::command::techniques::{self, TechniqueSpec};
 use crate::command::{interrupt, resources, words};
 
@@ -45,7 +46,7 @@ pub(super) fn run(args: &CompareArgs, console: Console) -> Result<Comparison, Fa
     args.machine.apply()?;
     interrupt::listen();
     let changes = SceneArgs { size: args.size, ..args.scene.clone() };
-    let stage = Stage::load(&args.input, &changes, &args.machine)?;
+    let stage = stage::load(&args.input, &changes, &args.machine)?;
     stage.warnings().iter().for_each(|warning| console.warn(warning));
     let size = args.size.unwrap_or_else(|| stage.size());
     let course = Course { stage: &stage, frame: stage.frame(args.time)?, size, console };

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use clap::{Args, ValueEnum};
 use glam::{Quat, Vec3};
 use halflight_ddf::{Answered, DirectedField, FieldTracer};
-use halflight_image::Picture;
+use halflight_image::{Picture, ToneCurve};
 use halflight_trace::bench::{View, primary_rays};
 use halflight_trace::{MeshTracer, Ray, RayGeometry};
 use rayon::prelude::*;
@@ -14,7 +14,7 @@ use serde_json::json;
 
 use super::super::console::Console;
 use super::super::failure::Failure;
-use super::super::output::{self, Encoding, Tone};
+use super::super::output::{self, Encoding};
 use super::super::parse::finite;
 use super::super::stage::MachineArgs;
 use super::super::words;
@@ -110,7 +110,7 @@ pub(super) fn run(args: &RenderFieldArgs, console: Console) -> Result<(), Failur
     }
     picture.push("confidence.Y", layer(&|seen, _| seen.doubt));
     picture.push("fallback.Y", layer(&|seen, _| f32::from(u8::from(seen.fell_back))));
-    let encoding = Encoding { exposure_ev: 0.0, tone: Tone::Srgb, half: false };
+    let encoding = Encoding { exposure_ev: 0.0, tone: ToneCurve::Srgb, half: false };
     output::save(&args.output, &picture, &encoding)?;
     let counts = tracer.fallback_counts();
     let share = |part: u64| 100.0 * part as f64 / counts.asked.max(1) as f64;

@@ -5,6 +5,7 @@ mod plot;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use halflight::job::Stage;
 use halflight_render::Technique;
 use halflight_render::techniques::bandwidth::BandwidthTechnique;
 use halflight_render::techniques::covariance::Covariance;
@@ -16,7 +17,7 @@ use crate::command::console::Console;
 use crate::command::failure::Failure;
 use crate::command::parse::{Size, finite};
 use crate::command::progress::silent;
-use crate::command::stage::{MachineArgs, SceneArgs, Stage};
+use crate::command::stage::{self, MachineArgs, SceneArgs};
 
 #[derive(Args, Debug)]
 pub(crate) struct ExplainArgs {
@@ -64,7 +65,7 @@ fn pixel(text: &str) -> Result<[usize; 2], String> {
 pub(crate) fn run(args: &ExplainArgs, console: Console) -> Result<(), Failure> {
     args.machine.apply()?;
     let changes = SceneArgs { size: args.size, ..args.changes.clone() };
-    let stage = Stage::load(&args.scene, &changes, &args.machine)?;
+    let stage = stage::load(&args.scene, &changes, &args.machine)?;
     let size = args.size.unwrap_or_else(|| stage.size());
     let frame = stage.frame(args.time)?;
     let [x, y] = args.pixel;

@@ -7,13 +7,14 @@ mod picture;
 use std::path::PathBuf;
 
 use clap::Args;
+use halflight::demos;
 use halflight_file::extension;
 use serde_json::{Value, json};
 
 use super::console::Console;
 use super::failure::Failure;
 use super::stage::{self, MachineArgs, SceneArgs};
-use super::{brdf, demo, words};
+use super::{brdf, words};
 
 #[derive(Args, Debug)]
 pub(crate) struct InfoArgs {
@@ -34,7 +35,7 @@ pub(crate) fn run(args: &InfoArgs, console: Console) -> Result<(), Failure> {
         "binary" => brdf::describe(path)?,
         "ddf" => field_file::describe(path)?,
         "toml" => scene(path)?,
-        _ if demo::built_in(path)?.is_some() => scene(path)?,
+        _ if demos::built_in(path)?.is_some() => scene(path)?,
         // Pictures are told by their first bytes; for anything else their reader says what is known.
         _ => picture::describe(path)?,
     };
@@ -44,7 +45,7 @@ pub(crate) fn run(args: &InfoArgs, console: Console) -> Result<(), Failure> {
 }
 
 fn scene(path: &std::path::Path) -> Result<Description, Failure> {
-    let stage = stage::Stage::load(path, &SceneArgs::default(), &MachineArgs::default())?;
+    let stage = stage::load(path, &SceneArgs::default(), &MachineArgs::default())?;
     let text = format!("{}\n  content hash   {}", stage.describe().trim_end(), stage.hash());
     let size = stage.size();
     let json = json!({

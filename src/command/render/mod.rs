@@ -1,7 +1,5 @@
 //! `halflight render`: from a scene or a bare asset to pictures.
 
-mod exposure;
-mod layers;
 mod options;
 mod shot;
 mod stats;
@@ -12,14 +10,14 @@ pub(crate) use options::RenderArgs;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use halflight::job;
 use serde_json::json;
 
 use super::console::Console;
 use super::failure::Failure;
 use super::output::{self, Format};
 use super::sequence::{self, Shot};
-use super::stage::Stage;
-use super::{interrupt, resources, words};
+use super::{interrupt, resources, stage, words};
 use shot::{FirstShot, Kept, Studio};
 use stats::Stats;
 use targets::Inputs;
@@ -31,7 +29,14 @@ pub(crate) fn run(args: &RenderArgs, console: Console) -> Result<(), Failure> {
     let mut inputs = Inputs::named(args);
     let mut shots = choose_shots(args, &inputs);
     let output = shots[0].output.clone();
-    let layers = layers::choose(args.layers.as_deref(), Format::of(&output)?)?;
+    let format = Format::of(&output)?;
+    if args.tile.is_some() && format != Format::Exr {
+        return Err(Failure::usage(format!(
+            "cannot write a tile to {}: tiles are .exr, which says what they belong to (merge joins them to any format)",
+            output.display()
+        )));
+    }
+    let layers = job::choose_layers(args.layers.as_deref(), format)?;
     if args.resume && args.checkpoint.is_none() {
         return Err(Failure::usage("--resume goes on from a checkpoint: name it with --checkpoint FILE"));
     }
@@ -44,7 +49,7 @@ pub(crate) fn run(args: &RenderArgs, console: Console) -> Result<(), Failure> {
     interrupt::listen();
 
     let start = Instant::now();
-    let stage = Stage::load(&args.scene, &args.scene_options(), &args.machine)?;
+    let stage = stage::load(&args.scene, &args.scene_options(), &args.machine)?;
     let load_seconds = start.elapsed().as_secs_f64();
     stage.warnings().iter().for_each(|warning| console.warn(warning));
     if targets::any_exists(args, &shots) {
@@ -53,7 +58,10 @@ pub(crate) fn run(args: &RenderArgs, console: Console) -> Result<(), Failure> {
         targets::refuse_twins(args, &shots)?;
         inputs.refuse(args, &shots)?;
     }
-    if args.output.is_none() && shots[0].output != shots_of(args, &default_output(&args.scene))[0].output {
+    if args.output.is_none()
+        && args.tile.is_none()
+        && shots[0].output != shots_of(args, &default_output(&args.scene))[0].output
+    {
         let name = shots[0].output.display();
         console.note(&format!("the picture goes to {name}: the scene is made from a file of the usual name"));
     }
@@ -83,10 +91,14 @@ pub(crate) fn run(args: &RenderArgs, console: Console) -> Result<(), Failure> {
 /// The pictures to make: where the command names none, the first default names under which no file of the scene lies.
 fn choose_shots(args: &RenderArgs, inputs: &Inputs) -> Vec<Shot> {
     let Some(output) = &args.output else {
-        let usual = default_output(&args.scene);
+        let mut usual = default_output(&args.scene);
+        if args.tile.is_some() {
+            usual.set_extension("exr");
+        }
+        let extension = if args.tile.is_some() { "exr" } else { "png" };
         let others = (1_u32..).map(|number| {
             let number = if number == 1 { String::new() } else { number.to_string() };
-            usual.with_extension(format!("render{number}.png"))
+            usual.with_extension(format!("render{number}.{extension}"))
         });
         let mut names = std::iter::once(usual.clone()).chain(others).map(|name| shots_of(args, &name));
         return names.find(|shots| !inputs.meet(shots)).unwrap_or_default();
@@ -95,10 +107,14 @@ fn choose_shots(args: &RenderArgs, inputs: &Inputs) -> Vec<Shot> {
 }
 
 fn shots_of(args: &RenderArgs, output: &Path) -> Vec<Shot> {
-    match args.frames {
+    let mut shots = match args.frames {
         Some(range) => sequence::sequence(range, args.fps(), output),
         None => sequence::still(args.frame.unwrap_or(0.0), args.fps(), output),
+    };
+    if let Some(tile) = args.tile {
+        shots.iter_mut().for_each(|shot| shot.output = job::part_name(&shot.output, tile));
     }
+    shots
 }
 
 /// `bunny.ply.xz` becomes `bunny.png` in the current folder.

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use halflight::job::Share;
 
 use super::DEFAULT_FPS;
 use crate::command::output::Tone;
@@ -48,6 +49,11 @@ pub(crate) struct RenderArgs {
     /// Frames per second [default: 24]
     #[arg(long, value_name = "N", value_parser = positive, allow_negative_numbers = true, help_heading = "Animation")]
     pub(super) fps: Option<f64>,
+
+    /// Render the I-th of N parts of each picture, as out.tileIofN.exr; `halflight merge` joins them to the bits of one
+    /// machine's picture, if all have the same instruction set (--simd)
+    #[arg(long, value_name = "I/N", help_heading = "Many machines")]
+    pub(super) tile: Option<Share>,
 
     #[command(flatten)]
     pub(super) scene_args: SceneArgs,

@@ -1,26 +1,20 @@
 //! One picture after another, with the same scene, technique and settings.
 
 use std::cell::RefCell;
-use std::path::Path;
 use std::time::{Duration, Instant};
 
+use halflight::job::{Facts, Order, Showing, Size, Stage, automatic_exposure, save_part};
 use halflight_image::Picture;
-use halflight_render::{Budget, Film, Technique, features};
+use halflight_render::{Budget, Film, Technique};
 
-use super::exposure;
 use super::options::RenderArgs;
 use crate::command::console::Console;
 use crate::command::failure::Failure;
 use crate::command::output::{self, Encoding, Format};
-use crate::command::parse::Size;
 use crate::command::progress::{self, Checkpoint, Meter};
 use crate::command::resources;
 use crate::command::sequence::Shot;
-use crate::command::stage::Stage;
 use crate::command::techniques;
-
-/// Rays a pixel for the layers of an interrupted picture: seconds at any size.
-const INTERRUPTED_LAYER_RAYS: u32 = 16;
 
 /// All that the pictures of one command share.
 pub(super) struct Studio<'a> {
@@ -70,7 +64,7 @@ impl<'a> Studio<'a> {
         spec.settings.extend(args.max_depth.map(|depth| format!("max_depth={depth}")));
         let made = techniques::create(&spec, stage)?;
         let size = args.size.unwrap_or_else(|| stage.size());
-        Ok(Self {
+        let studio = Self {
             args,
             stage,
             technique_text: made.identity,
@@ -79,7 +73,42 @@ impl<'a> Studio<'a> {
             layers,
             console,
             said: RefCell::default(),
-        })
+        };
+        studio.check_tile()?;
+        Ok(studio)
+    }
+
+    /// What is to be rendered, frame by frame.
+    fn order(&self) -> Order<'_> {
+        Order {
+            stage: self.stage,
+            technique: self.technique.as_ref(),
+            technique_text: &self.technique_text,
+            size: self.size,
+            budget: self.budget(),
+            layers: self.layers.clone(),
+            share: self.args.tile,
+        }
+    }
+
+    /// Refuses tiles that could not be joined, and says so where they save no time.
+    fn check_tile(&self) -> Result<(), Failure> {
+        self.order().check()?;
+        if self.args.tile.is_none() || self.technique.divides() {
+            return Ok(());
+        }
+        let name = &self.args.technique.name;
+        if self.args.checkpoint.is_some() {
+            return Err(Failure::usage(format!(
+                "a tile by {name} cannot be gone on with: it works on the whole picture and keeps a part (leave \
+                 --checkpoint out)"
+            )));
+        }
+        self.console.note(&format!(
+            "{name} works on the whole picture, of which the tile is kept: to share the work, divide a sequence by \
+             its frames"
+        ));
+        Ok(())
     }
 
     /// The technique's work that all frames share.
@@ -95,9 +124,10 @@ impl<'a> Studio<'a> {
         let Some(path) = self.args.checkpoint.as_ref().filter(|_| self.args.resume) else {
             return Ok(FirstShot { index: 0, film: None });
         };
+        let order = self.order();
         let mut refusal = None;
         for (index, shot) in shots.iter().enumerate() {
-            match progress::load_checkpoint(path, &self.identity(shot), self.size.width, self.size.height) {
+            match progress::load_checkpoint(path, &order.identity(shot.time), order.film()?) {
                 Ok(None) => {
                     self.console
                         .note(&format!("there is no {} yet: starting from the beginning", path.display()));
@@ -117,13 +147,17 @@ impl<'a> Studio<'a> {
 
     /// Renders one picture and writes it, also if an interrupt comes after the first samples.
     pub(super) fn shoot(&self, shot: &Shot, film: Option<Film>) -> Result<Kept, Failure> {
+        let order = self.order();
         let start = Instant::now();
         let frame = self.stage.frame(shot.time)?;
         let build_seconds = start.elapsed().as_secs_f64();
-        let mut film = film.unwrap_or_else(|| Film::new(self.size.width, self.size.height));
+        let mut film = match film {
+            Some(film) => film,
+            None => order.film()?,
+        };
         let checkpoint = self.args.checkpoint.as_ref().map(|path| Checkpoint {
             path: path.clone(),
-            identity: self.identity(shot),
+            identity: order.identity(shot.time),
             every: Duration::try_from_secs_f64(self.args.checkpoint_every).unwrap_or(Duration::MAX),
         });
         let budget = self.budget();
@@ -161,11 +195,10 @@ impl<'a> Studio<'a> {
                     .warn(&format!("{error}; the picture is written, but there is nothing to resume from"));
             }
         }
-        // Who interrupts does not want to wait for smooth edges.
-        let layer_rays = if kept.interrupted { INTERRUPTED_LAYER_RAYS } else { features::MAX_RAYS };
-        features::add_layers(&frame, &mut film, self.args.seed, &self.layers, layer_rays);
-        let picture = self.with_metadata(film.picture(), shot, &kept);
-        output::save(&shot.output, &picture, &self.encoding(&film, &shot.output)?)?;
+        let facts = Facts { samples: kept.samples, seconds: kept.seconds, interrupted: kept.interrupted };
+        let mut picture = order.picture(&frame, &mut film, (shot.frame, shot.time), &facts);
+        picture.metadata.insert("command".into(), command_line());
+        self.save(&picture, &film, shot, &order)?;
         kept.written = true;
         Ok(kept)
     }
@@ -179,59 +212,35 @@ impl<'a> Studio<'a> {
         }
     }
 
-    /// How the picture is written; says so where the exposure is chosen by what it shows.
-    fn encoding(&self, film: &Film, output: &Path) -> Result<Encoding, Failure> {
-        let of_scene = self.stage.exposure_ev();
-        let is_automatic = exposure::is_automatic(&self.args.scene) && of_scene == 0.0;
+    /// Writes the picture; says so where the exposure is chosen by what it shows.
+    fn save(&self, picture: &Picture, film: &Film, shot: &Shot, order: &Order) -> Result<(), Failure> {
+        let tone = self.args.tone.map_or_else(|| self.stage.tone(), Into::into);
         let exposure_ev = match self.args.exposure {
-            Some(ev) => ev as f32,
-            None if is_automatic && Format::of(output)? == Format::Png => {
-                let ev = exposure::automatic(&film.image());
+            Some(ev) => Some(ev as f32),
+            None => (!self.stage.exposes_itself()).then(|| self.stage.exposure_ev()),
+        };
+        let half = self.args.half;
+        if order.share.is_some() {
+            save_part(&shot.output, picture.clone(), order, Showing { exposure_ev, tone }, half)?;
+            return Ok(());
+        }
+        let exposure_ev = match exposure_ev {
+            Some(ev) => ev,
+            None if Format::of(&shot.output)? == Format::Png => {
+                let ev = automatic_exposure(&film.image());
                 let text =
                     format!("exposure {ev:+.1} EV, by the mean of the picture (--exposure sets another)");
                 self.console.note(&text);
                 ev
             }
-            None => of_scene,
+            None => 0.0,
         };
-        Ok(Encoding {
-            exposure_ev,
-            tone: self.args.tone.unwrap_or_else(|| self.stage.tone()),
-            half: self.args.half,
-        })
+        output::save(&shot.output, picture, &Encoding { exposure_ev, tone, half })
     }
+}
 
-    /// Everything that must be the same for the samples to be the same.
-    fn identity(&self, shot: &Shot) -> String {
-        format!(
-            "halflight {} scene {} time {} technique {} seed {} size {}x{} simd {}",
-            env!("CARGO_PKG_VERSION"),
-            self.stage.hash(),
-            shot.time,
-            self.technique_text,
-            self.args.seed,
-            self.size.width,
-            self.size.height,
-            self.stage.simd_name(),
-        )
-    }
-
-    fn with_metadata(&self, mut picture: Picture, shot: &Shot, kept: &Kept) -> Picture {
-        let command: Vec<String> = std::env::args_os().map(|a| a.to_string_lossy().into_owned()).collect();
-        let entries = [
-            ("version", format!("halflight {}", env!("CARGO_PKG_VERSION"))),
-            ("scene", self.args.scene.display().to_string()),
-            ("scene_hash", self.stage.hash().to_string()),
-            ("command", command.join(" ")),
-            ("technique", self.technique_text.clone()),
-            ("seed", self.args.seed.to_string()),
-            ("frame", shot.frame.to_string()),
-            ("time_seconds", shot.time.to_string()),
-            ("samples", kept.samples.to_string()),
-            ("seconds", format!("{:.3}", kept.seconds)),
-            ("simd", self.stage.simd_name().to_string()),
-        ];
-        picture.metadata.extend(entries.map(|(key, value)| (key.to_string(), value)));
-        picture
-    }
+/// What was typed.
+fn command_line() -> String {
+    let words: Vec<String> = std::env::args_os().map(|a| a.to_string_lossy().into_owned()).collect();
+    words.join(" ")
 }

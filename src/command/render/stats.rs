@@ -10,7 +10,7 @@ use super::options::RenderArgs;
 use super::shot::{Kept, Studio};
 use crate::command::resources;
 use crate::command::sequence::Shot;
-use crate::command::stage::Stage;
+use halflight::job::Stage;
 
 /// Collects the figures of a command.
 pub(super) struct Stats {

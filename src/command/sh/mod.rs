@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand, ValueEnum};
 use glam::{DMat3, DVec3, Vec3};
-use halflight_image::{Picture, RgbImage, load_rgb};
+use halflight_image::{Picture, RgbImage, ToneCurve, load_rgb};
 use halflight_sh::convert::Convention;
 use halflight_sh::window::{self, Window};
 use halflight_sh::{Sh, ShError, project};
@@ -14,7 +14,7 @@ use serde_json::json;
 
 use super::console::Console;
 use super::failure::Failure;
-use super::output::{self, Encoding, Tone};
+use super::output::{self, Encoding};
 use super::parse::{Size, finite};
 use super::table::Table;
 use light::Light;
@@ -315,5 +315,5 @@ fn save_picture(path: &Path, image: &RgbImage) -> Result<(), Failure> {
     for (channel, name) in ["R", "G", "B"].into_iter().enumerate() {
         picture.push(name, image.pixels.iter().map(|pixel| pixel[channel]).collect());
     }
-    output::save(path, &picture, &Encoding { exposure_ev: 0.0, tone: Tone::Srgb, half: false })
+    output::save(path, &picture, &Encoding { exposure_ev: 0.0, tone: ToneCurve::Srgb, half: false })
 }

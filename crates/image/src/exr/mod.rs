@@ -11,8 +11,8 @@ use std::path::Path;
 
 use halflight_file::{LoadError, SaveError, read as read_file, write_whole};
 
-use crate::Picture;
 use crate::source::Source;
+use crate::{Picture, PicturePart};
 
 /// How many bits a channel gets in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -73,6 +73,38 @@ impl Picture {
     /// # Errors
     /// As [`Picture::save_exr`], as text.
     pub fn encode_exr(&self, precision: Precision) -> Result<Vec<u8>, String> {
-        write::to_bytes(self, precision)
+        write::to_bytes(self, precision, None)
+    }
+}
+
+impl PicturePart {
+    /// Reads the data window of an EXR file as a part of its display window; see [`Picture::load_exr`].
+    ///
+    /// # Errors
+    /// As [`Picture::load_exr`]; and a data window that is not inside the display window.
+    pub fn load_exr(path: &Path) -> Result<PicturePart, LoadError> {
+        PicturePart::decode_exr(&read_file(path, ASKED)?, path)
+    }
+
+    /// [`PicturePart::load_exr`] from memory; `name` is for the error.
+    ///
+    /// # Errors
+    /// As [`PicturePart::load_exr`].
+    pub fn decode_exr(bytes: &[u8], name: &Path) -> Result<PicturePart, LoadError> {
+        let source = Source { bytes, name, asked: ASKED };
+        source.guarded(|| read::decode_part(&source))
+    }
+
+    /// Writes an EXR file whose data window is this part and whose display window is the larger picture, so that other
+    /// programs show it in its place.
+    ///
+    /// # Errors
+    /// As [`Picture::save_exr`].
+    pub fn save_exr(&self, path: &Path, precision: Precision) -> Result<(), SaveError> {
+        let bytes =
+            write::to_bytes(&self.picture, precision, Some((self.origin, self.whole))).map_err(|found| {
+                SaveError { asked: ASKED.into(), path: path.to_path_buf(), found, hint: None }
+            })?;
+        write_whole(path, ASKED, |writer| writer.write_all(&bytes))
     }
 }

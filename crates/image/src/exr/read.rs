@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use super::samples::Planes;
 use super::write::PREFIX;
 use crate::source::{DEFLATE_RATIO, Source, quietly};
-use crate::{Channel, Picture};
+use crate::{Channel, Picture, PicturePart};
 
 /// Blocks decompressed at a time: enough to keep every core busy, few enough to keep memory low.
 const BATCH: usize = 64;
@@ -23,7 +23,38 @@ const DISPLAY_PER_DATA: u128 = 16;
 /// A display window that takes so little memory is taken as it is, however little data there is for it.
 const MODEST_DISPLAY_BYTES: u128 = 64 << 20;
 
+/// The parts of a file that are read, unpacked.
+struct Unpacked {
+    headers: Vec<Header>,
+    parts: Vec<usize>,
+    planes: BTreeMap<usize, Planes>,
+}
+
 pub(super) fn decode(source: &Source) -> Result<Picture, LoadError> {
+    let Unpacked { headers, parts, planes } = unpack(source, true)?;
+    assemble(source, &headers, &parts, planes)
+}
+
+/// The data window alone.
+pub(super) fn decode_part(source: &Source) -> Result<PicturePart, LoadError> {
+    let Unpacked { headers, parts, planes } = unpack(source, false)?;
+    let main = &headers[parts[0]];
+    let (width, height) = (main.layer_size.0, main.layer_size.1);
+    let (display, data) = (main.shared_attributes.display_window, main.own_attributes.layer_position);
+    let whole = [display.size.0, display.size.1];
+    let offset = |data: i32, display: i32| usize::try_from(i64::from(data) - i64::from(display)).ok();
+    let origin = offset(data.0, display.position.0)
+        .zip(offset(data.1, display.position.1))
+        .filter(|(x, y)| x + width <= whole[0] && y + height <= whole[1]);
+    let Some((x, y)) = origin else {
+        return Err(source.error("the data window reaches beyond the display window"));
+    };
+    let picture = window(&headers, &parts, planes, [0, 0], [width, height]);
+    Ok(PicturePart { picture, origin: [x, y], whole })
+}
+
+/// Checks the file and unpacks it; `show` says whether memory for the display window is going to be needed.
+fn unpack(source: &Source, show: bool) -> Result<Unpacked, LoadError> {
     // The decoder turns the end of the file into these words.
     const END_OF_FILE: &str = "reference to missing bytes";
     let damaged = |e: exr::error::Error| match &e {
@@ -34,7 +65,7 @@ pub(super) fn decode(source: &Source) -> Result<Picture, LoadError> {
     let reader = exr::block::read(Cursor::new(source.bytes), false).map_err(damaged)?;
     let meta = reader.meta_data().clone();
     let parts = choose_parts(&meta.headers);
-    check(source, &meta.headers, &parts)?;
+    check(source, &meta.headers, &parts, show)?;
 
     let mut planes: BTreeMap<usize, Planes> =
         parts.iter().map(|&part| (part, new_planes(&meta.headers[part]))).collect();
@@ -70,7 +101,7 @@ pub(super) fn decode(source: &Source) -> Result<Picture, LoadError> {
             part.insert(&block).map_err(|e| source.error(e))?;
         }
     }
-    assemble(source, &meta.headers, &parts, planes)
+    Ok(Unpacked { headers: meta.headers.to_vec(), parts, planes })
 }
 
 fn new_planes(header: &Header) -> Planes {
@@ -121,7 +152,7 @@ fn is_subsampled(header: &Header) -> bool {
 }
 
 /// Everything that can be refused by the header alone.
-fn check(source: &Source, headers: &[Header], parts: &[usize]) -> Result<(), LoadError> {
+fn check(source: &Source, headers: &[Header], parts: &[usize], show: bool) -> Result<(), LoadError> {
     let main = &headers[parts[0]];
     if is_subsampled(main) {
         let error = source.error("its chroma channels are subsampled, which is not supported");
@@ -136,7 +167,7 @@ fn check(source: &Source, headers: &[Header], parts: &[usize]) -> Result<(), Loa
     let display = [display.0 as u64, display.1 as u64];
     let channels: usize = parts.iter().map(|&part| headers[part].channels.list.len()).sum();
     let modest = pixels(display) * 4 * channels as u128 <= MODEST_DISPLAY_BYTES;
-    if pixels(display) > pixels(data) * DISPLAY_PER_DATA && !modest {
+    if show && pixels(display) > pixels(data) * DISPLAY_PER_DATA && !modest {
         source.check_size(display, bytes, DEFLATE_RATIO)?;
     }
     // A tile is decompressed whole, even where it hangs over the edge of the picture.
@@ -154,7 +185,7 @@ fn assemble(
     source: &Source,
     headers: &[Header],
     parts: &[usize],
-    mut planes: BTreeMap<usize, Planes>,
+    planes: BTreeMap<usize, Planes>,
 ) -> Result<Picture, LoadError> {
     let main = &headers[parts[0]];
     let display = main.shared_attributes.display_window;
@@ -171,6 +202,17 @@ fn assemble(
         return Err(source.error("the data window lies outside the display window: there is nothing to see"));
     }
 
+    Ok(window(headers, parts, planes, offset, [width, height]))
+}
+
+/// The channels of all parts in a window whose first pixel is at `offset` from theirs.
+fn window(
+    headers: &[Header],
+    parts: &[usize],
+    mut planes: BTreeMap<usize, Planes>,
+    offset: [i64; 2],
+    [width, height]: [usize; 2],
+) -> Picture {
     let mut picture = Picture::new(width, height);
     for &part in parts {
         let header = &headers[part];
@@ -185,8 +227,8 @@ fn assemble(
             }
         }
     }
-    picture.metadata = metadata(main);
-    Ok(picture)
+    picture.metadata = metadata(&headers[parts[0]]);
+    picture
 }
 
 /// Text and number attributes, those of ours under their own keys.

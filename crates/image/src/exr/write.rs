@@ -4,7 +4,7 @@ use std::io::Cursor;
 use exr::image::{
     AnyChannel, AnyChannels, Blocks, Encoding, FlatSamples, Image, Layer, write::WritableImage,
 };
-use exr::meta::attribute::{AttributeValue, LineOrder, Text};
+use exr::meta::attribute::{AttributeValue, IntegerBounds, LineOrder, Text};
 use exr::meta::header::LayerAttributes;
 use exr::prelude::{Compression, Vec2};
 use half::f16;
@@ -20,6 +20,9 @@ const FLOAT_LAYERS: [&str; 5] = ["depth", "position", "samples", "variance", "ma
 
 /// OpenEXR's own limit for names.
 const LONGEST_NAME: usize = 255;
+
+/// The first pixel of a part within a picture, and the size of that.
+pub(super) type Place = ([usize; 2], [usize; 2]);
 
 type FlatImage = Image<Layer<AnyChannels<FlatSamples>>>;
 
@@ -57,8 +60,17 @@ fn to_exr(picture: &Picture, precision: Precision) -> Result<FlatImage, String> 
 }
 
 /// The whole file in memory; the same picture gives the same bytes.
-pub(super) fn to_bytes(picture: &Picture, precision: Precision) -> Result<Vec<u8>, String> {
-    let image = to_exr(picture, precision)?;
+pub(super) fn to_bytes(
+    picture: &Picture,
+    precision: Precision,
+    place: Option<Place>,
+) -> Result<Vec<u8>, String> {
+    let mut image = to_exr(picture, precision)?;
+    if let Some((origin, whole)) = place {
+        let [x, y] = origin.map(|at| at as i32);
+        image.layer_data.attributes.layer_position = Vec2(x, y);
+        image.attributes.display_window = IntegerBounds::new(Vec2(0, 0), Vec2(whole[0], whole[1]));
+    }
     let mut bytes = Cursor::new(Vec::new());
     image.write().to_buffered(&mut bytes).map_err(|e| e.to_string())?;
     let mut bytes = bytes.into_inner();

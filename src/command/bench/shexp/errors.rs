@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use halflight::job::Stage;
 use halflight_image::RgbImage;
 use halflight_render::{Budget, Film};
 use halflight_scene::Frame;
@@ -10,7 +11,7 @@ use super::scenes::{FRAMES_A_SECOND, SCENES};
 use crate::command::bench::{BenchArgs, Findings};
 use crate::command::failure::Failure;
 use crate::command::progress::silent;
-use crate::command::stage::{SceneArgs, Stage};
+use crate::command::stage::{self, SceneArgs};
 use crate::command::table::Table;
 use crate::command::techniques::{self, TechniqueSpec};
 use crate::command::{interrupt, words};
@@ -25,7 +26,7 @@ pub(in crate::command::bench) fn measure(args: &BenchArgs) -> Result<Findings, F
     let frames = if args.quick { &FRAMES[..1] } else { &FRAMES };
     let mut table = Table::new(["scene", "frame", "mean error", "95 %", "brightness"]);
     for (name, _) in SCENES {
-        let stage = Stage::load(Path::new(&format!("demo:{name}")), &SceneArgs::default(), &args.machine)?;
+        let stage = stage::load(Path::new(&format!("demo:{name}")), &SceneArgs::default(), &args.machine)?;
         for &number in frames {
             let frame = stage.frame(f64::from(number) / FRAMES_A_SECOND)?;
             let picture = picture("shexp", &[], &stage, &frame, samples)?;

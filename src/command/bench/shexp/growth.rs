@@ -11,7 +11,7 @@ use halflight_render::{Budget, Film};
 use crate::command::bench::{BenchArgs, Findings};
 use crate::command::failure::Failure;
 use crate::command::progress::silent;
-use crate::command::stage::{SceneArgs, Stage};
+use crate::command::stage::{self, SceneArgs};
 use crate::command::table::Table;
 use crate::command::techniques::{self, TechniqueSpec};
 use crate::command::{interrupt, words};
@@ -79,7 +79,7 @@ fn time(case: Case, args: &BenchArgs) -> Result<f64, Failure> {
     let path = folder.path().join("strewn.toml");
     std::fs::write(&path, scene(case.blockers))
         .map_err(|e| Failure::failed(format!("cannot write {}: {e}", path.display())))?;
-    let stage = Stage::load(Path::new(&path), &SceneArgs::default(), &args.machine)?;
+    let stage = stage::load(Path::new(&path), &SceneArgs::default(), &args.machine)?;
     let spec = TechniqueSpec { name: "shexp".into(), settings: vec![format!("order={}", case.order)] };
     let mut technique = techniques::create(&spec, &stage)?.technique;
     technique.prepare(stage.scene(), &silent())?;

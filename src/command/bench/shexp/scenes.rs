@@ -4,6 +4,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use glam::Vec2;
+use halflight::job::Stage;
 use halflight_render::techniques::shexp::ShexpSettings;
 use halflight_render::{Budget, Film};
 use halflight_scene::{Frame, schema};
@@ -12,7 +13,7 @@ use halflight_trace::Geometry;
 use crate::command::bench::{BenchArgs, Findings};
 use crate::command::failure::Failure;
 use crate::command::progress::silent;
-use crate::command::stage::{SceneArgs, Stage};
+use crate::command::stage::{self, SceneArgs};
 use crate::command::table::Table;
 use crate::command::techniques::{self, TechniqueSpec};
 use crate::command::{interrupt, resources, words};
@@ -82,7 +83,7 @@ pub(in crate::command::bench) fn measure(args: &BenchArgs) -> Result<Findings, F
 }
 
 fn run(name: &'static str, seed: f64, frames: u32, args: &BenchArgs) -> Result<Run, Failure> {
-    let stage = Stage::load(Path::new(&format!("demo:{name}")), &SceneArgs::default(), &args.machine)?;
+    let stage = stage::load(Path::new(&format!("demo:{name}")), &SceneArgs::default(), &args.machine)?;
     let spec = TechniqueSpec { name: "shexp".into(), settings: Vec::new() };
     let mut technique = techniques::create(&spec, &stage)?.technique;
     technique.prepare(stage.scene(), &silent())?;

@@ -199,6 +199,7 @@ impl Technique for Covariance {
             })
         });
         put(film, &samples, picture.as_ref());
+        film.set_samples_elsewhere(samples.iter().map(|pixel| pixel.samples).min().unwrap_or(0));
         add_layers(film, &known, &forecasts, &shapes, picture.as_ref());
         progress.pass(film);
         report.elapsed = deadline.elapsed();

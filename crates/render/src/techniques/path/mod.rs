@@ -49,6 +49,10 @@ impl Path {
 }
 
 impl Technique for Path {
+    fn divides(&self) -> bool {
+        true
+    }
+
     fn render(
         &self,
         frame: &Frame,

@@ -255,6 +255,10 @@ impl Prepared {
 }
 
 impl Technique for Prt {
+    fn divides(&self) -> bool {
+        true
+    }
+
     fn prepare(&mut self, scene: &Scene, progress: &dyn Progress) -> Result<(), TechniqueError> {
         *self.prepared.get_mut().unwrap_or_else(PoisonError::into_inner) = None;
         // Of what moves, only a frame that is asked for is worth the work.
@@ -289,7 +293,8 @@ impl Technique for Prt {
         let lit = Lit::new(frame, &prepared.receivers, &prepared.transfer, &light);
         let mut unknown = 0;
         let work = (&mut report, Stages::default());
-        add_looks(frame, film, (budget, &deadline), progress, work, &self.room, |view, stages| {
+        let region = film.region();
+        add_looks(frame, (film, region), (budget, &deadline), progress, work, &self.room, |view, stages| {
             let (picture, without) = stages.time("pixels", || lit.picture(view));
             unknown = unknown.max(without);
             picture

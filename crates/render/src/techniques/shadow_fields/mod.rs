@@ -93,6 +93,10 @@ fn failure(reason: impl Into<String>) -> TechniqueError {
 }
 
 impl Technique for ShadowFields {
+    fn divides(&self) -> bool {
+        true
+    }
+
     fn prepare(&mut self, scene: &Scene, progress: &dyn Progress) -> Result<(), TechniqueError> {
         let frame = scene.at(0.0).map_err(|error| failure(error.to_string()))?;
         let settings = &self.settings;
@@ -152,7 +156,8 @@ impl<const ORDER: usize> Prepared<ORDER> {
         let notes = notes(frame, light.as_ref(), lamps, cast, &stage);
         let mut report = RenderReport { notes, ..RenderReport::default() };
         let work = (&mut report, Stages::default());
-        add_looks(frame, film, (budget, &deadline), progress, work, &self.room, |view, stages| {
+        let region = film.region();
+        add_looks(frame, (film, region), (budget, &deadline), progress, work, &self.room, |view, stages| {
             stages.time("pixels", || shade::shade(&shader, view))
         });
         Ok(report)

@@ -33,7 +33,7 @@ use halflight_trace::{Geometry, Instance};
 
 pub use settings::{BlockerLog, Composition, ExponentialKind, GlossyForm, ShexpSettings};
 
-use crate::film::Film;
+use crate::film::{Film, Region};
 use crate::gbuffer::Room;
 use crate::looks::{Stages, add_looks};
 use crate::sh_light::{FrameLight, LightCache, SHARP_LIGHT, refuse_too_bright};
@@ -184,7 +184,8 @@ impl Shexp {
             RenderReport { notes: self.notes(&light, blockers.len()), ..RenderReport::default() };
         let (mut solved, mut pixels) = (0, 0);
         let work = (&mut report, stages);
-        add_looks(frame, film, (budget, &deadline), progress, work, &self.room, |view, stages| {
+        let region = Region::whole(film.width(), film.height());
+        add_looks(frame, (film, region), (budget, &deadline), progress, work, &self.room, |view, stages| {
             let mut lights =
                 std::mem::take(&mut *prepared.lights.lock().unwrap_or_else(PoisonError::into_inner));
             let picture = refine::shade(&solver, view, frame, &self.settings, &mut lights, stages);

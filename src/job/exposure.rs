@@ -1,8 +1,5 @@
 //! The exposure of a bare environment map, which nothing else tells: maps are in any unit, from lux to "about one".
 
-use std::path::Path;
-
-use halflight_file::extension;
 use halflight_image::RgbImage;
 use halflight_scene::lights::luminance;
 
@@ -11,14 +8,9 @@ const GREY: f64 = 0.18;
 /// Pixels darker than this part of the brightest mean count as if they had it: black corners are no measure.
 const FLOOR: f64 = 1e-6;
 
-/// Whether a picture of this asset is exposed by what it shows.
-pub(super) fn is_automatic(asset: &Path) -> bool {
-    matches!(extension(asset).as_str(), "hdr" | "exr")
-}
-
 /// Stops that bring the geometric mean of the luminance (Reinhard et al. 2002, eq. 1) to middle grey, in tenths; 0 for a
 /// black picture.
-pub(super) fn automatic(image: &RgbImage) -> f32 {
+pub fn automatic_exposure(image: &RgbImage) -> f32 {
     let luminances: Vec<f64> =
         image.pixels.iter().map(|&p| f64::from(luminance(p.into()))).filter(|l| l.is_finite()).collect();
     let brightest = luminances.iter().copied().fold(0.0, f64::max);
@@ -37,15 +29,15 @@ mod tests {
     #[test]
     fn middle_grey_needs_no_exposure_and_half_of_it_one_stop() {
         let grey = |value: f32| RgbImage::from_fn(4, 4, |_, _| [value; 3]);
-        assert_eq!(automatic(&grey(0.18)), 0.0);
-        assert_eq!(automatic(&grey(0.09)), 1.0);
-        assert_eq!(automatic(&grey(18.0 * 1.024)), -6.7);
-        assert_eq!(automatic(&grey(0.0)), 0.0);
+        assert_eq!(automatic_exposure(&grey(0.18)), 0.0);
+        assert_eq!(automatic_exposure(&grey(0.09)), 1.0);
+        assert_eq!(automatic_exposure(&grey(18.0 * 1.024)), -6.7);
+        assert_eq!(automatic_exposure(&grey(0.0)), 0.0);
     }
 
     #[test]
     fn a_tiny_sun_does_not_darken_the_picture() {
         let dim = |x: usize, y: usize| if (x, y) == (3, 3) { [1e4; 3] } else { [0.05; 3] };
-        assert!(automatic(&RgbImage::from_fn(64, 64, dim)) > 1.5);
+        assert!(automatic_exposure(&RgbImage::from_fn(64, 64, dim)) > 1.5);
     }
 }
