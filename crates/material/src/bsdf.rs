@@ -7,6 +7,7 @@ use crate::dielectric::Dielectric;
 use crate::diffuse::Diffuse;
 use crate::merl::MeasuredBrdf;
 use crate::metallic_roughness::MetallicRoughness;
+use crate::mix::Mix;
 use crate::phase::Phase;
 use crate::phong::Phong;
 
@@ -61,6 +62,8 @@ pub(crate) enum Lobe<'a> {
     Dielectric(Dielectric),
     MetallicRoughness(MetallicRoughness),
     Measured(&'a MeasuredBrdf),
+    /// Its parts turn directions by themselves.
+    Mix(Mix<'a>),
     Phase(Phase),
 }
 
@@ -74,6 +77,12 @@ impl<'a> Bsdf<'a> {
     /// The same with a surface that is there only in part.
     pub(crate) fn with_opacity(self, opacity: f32) -> Self {
         Self { opacity, ..self }
+    }
+
+    /// The same, black from behind unless `two_sided` (or a border of media).
+    pub(crate) fn turned_away_unless(self, two_sided: bool) -> Self {
+        let two_sided = self.two_sided && (two_sided || matches!(self.lobe, Lobe::Dielectric(_)));
+        Self { two_sided, ..self }
     }
 
     /// The surface where it is there: nothing goes straight through.
@@ -113,6 +122,7 @@ impl<'a> Bsdf<'a> {
             (Lobe::Measured(brdf), Some(side)) if wi.z * side > 0.0 => {
                 brdf.eval(turned(wo, side), turned(wi, side)) * self.opacity
             }
+            (Lobe::Mix(mix), _) => mix.eval(self.two_sided, wo, wi) * self.opacity,
             _ => self.eval_pdf(wo, wi).0,
         }
     }
@@ -133,6 +143,9 @@ impl<'a> Bsdf<'a> {
     #[inline]
     fn lobe_eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Vec3, f32) {
         const NOTHING: (Vec3, f32) = (Vec3::ZERO, 0.0);
+        if let Lobe::Mix(mix) = &self.lobe {
+            return mix.eval_pdf(self.two_sided, wo, wi);
+        }
         let Some(side) = self.side(wo) else { return NOTHING };
         let (wo, wi) = (turned(wo, side), turned(wi, side));
         // False for NaN too.
@@ -155,7 +168,7 @@ impl<'a> Bsdf<'a> {
             Lobe::Conductor(conductor) => conductor.eval_pdf(wo, wi),
             Lobe::MetallicRoughness(model) => model.eval_pdf(wo, wi),
             Lobe::Measured(brdf) => brdf.eval_pdf(wo, wi),
-            Lobe::Black | Lobe::Mirror(_) | Lobe::Dielectric(_) | Lobe::Phase(_) => NOTHING,
+            Lobe::Black | Lobe::Mirror(_) | Lobe::Dielectric(_) | Lobe::Mix(_) | Lobe::Phase(_) => NOTHING,
         }
     }
 
@@ -172,10 +185,14 @@ impl<'a> Bsdf<'a> {
             }
             u_lobe = ((u_lobe - pdf) / self.opacity).min(1.0 - f32::EPSILON);
         }
+        if let Lobe::Mix(mix) = &self.lobe {
+            let sample = mix.sample(self.two_sided, wo, u_lobe, u)?;
+            return Some(BsdfSample { pdf: sample.pdf * self.opacity, ..sample });
+        }
         let side = self.side(wo)?;
         let wo = turned(wo, side);
         let mut sample = match &self.lobe {
-            Lobe::Black => None,
+            Lobe::Black | Lobe::Mix(_) => None,
             Lobe::Diffuse(diffuse) => diffuse.sample(u),
             Lobe::Phong(phong) => phong.sample(wo, u_lobe, u),
             Lobe::Mirror(reflectance) => sample_mirror(reflectance, wo),
@@ -195,6 +212,7 @@ impl<'a> Bsdf<'a> {
         match &self.lobe {
             Lobe::Black | Lobe::Mirror(_) => true,
             Lobe::Dielectric(dielectric) => dielectric.facets.is_none(),
+            Lobe::Mix(mix) => mix.parts(true).iter().all(|(_, part)| part.is_delta_only()),
             _ => false,
         }
     }
@@ -210,15 +228,21 @@ impl<'a> Bsdf<'a> {
             Lobe::Dielectric(dielectric) => dielectric.tint,
             Lobe::MetallicRoughness(model) => model.albedo(),
             Lobe::Measured(brdf) => brdf.albedo_straight_on(),
+            Lobe::Mix(mix) => mix.parts(true).iter().map(|(share, part)| *share * part.albedo()).sum(),
             Lobe::Phase(_) => Vec3::ONE,
         }
     }
 
-    /// The index of refraction beyond the surface over that on the side of `wo`; 1 where nothing is refracted.
+    /// The index of refraction beyond the surface over that on the side of `wo`; 1 where nothing is refracted. Of a mix,
+    /// that of the first part that refracts.
     pub fn index_beyond(&self, wo: Vec3) -> f32 {
         match &self.lobe {
             Lobe::Dielectric(dielectric) if wo.z < 0.0 => 1.0 / dielectric.ior,
             Lobe::Dielectric(dielectric) => dielectric.ior,
+            Lobe::Mix(mix) => {
+                let indices = mix.parts(true).map(|(_, part)| part.index_beyond(wo));
+                indices.into_iter().find(|&index| index != 1.0).unwrap_or(1.0)
+            }
             _ => 1.0,
         }
     }
@@ -229,6 +253,7 @@ impl<'a> Bsdf<'a> {
             || match &self.lobe {
                 Lobe::Dielectric(_) | Lobe::Phase(_) => true,
                 Lobe::MetallicRoughness(model) => model.transmits(),
+                Lobe::Mix(mix) => mix.parts(true).iter().any(|(_, part)| part.transmits()),
                 _ => false,
             }
     }

@@ -85,6 +85,12 @@ impl ScalarInput {
             }
         }
     }
+
+    /// The value at `uv` as a share, from 0 to 1; 0 where the picture holds nothing usable.
+    pub fn share_at(&self, uv: Vec2) -> f32 {
+        let value = self.at(uv);
+        if value.is_finite() { value.clamp(0.0, 1.0) } else { 0.0 }
+    }
 }
 
 impl From<f32> for ScalarInput {

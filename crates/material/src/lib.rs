@@ -38,6 +38,7 @@ mod merl;
 mod metallic_roughness;
 mod metals;
 mod microfacet;
+mod mix;
 mod phase;
 mod phong;
 mod sampling;

@@ -3,11 +3,12 @@
 //! Techniques that hold light in a few bands of spherical harmonics cannot see more of it. Diffuse and Phong surfaces are
 //! exact; a microfacet lobe of width α becomes the Phong lobe about the mirror direction of the same
 //! spread near its peak, n = (2/α² − 2)/4 (the quarter turns half-vector angles into angles of reflection); measured
-//! materials give their albedo straight on as a diffuse one.
+//! materials give their albedo straight on as a diffuse one. Mixes are the sum of their parts, with one lobe for two.
 
 use glam::Vec3;
 
 use crate::bsdf::{Bsdf, Lobe};
+use crate::sampling::luminance;
 
 /// f cos θ ≈ (diffuse/π + specular · (n + 2)/2π · cosⁿ α) cos θ, α the angle from the mirror direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,6 +30,29 @@ impl LowFrequency {
     fn lobe(specular: Vec3, alpha: f32) -> Self {
         let exponent = (0.5 / (alpha * alpha).max(1e-6) - 0.5).clamp(1.0, Self::MAX_EXPONENT);
         Self { diffuse: Vec3::ZERO, specular, exponent, exact: false }
+    }
+
+    /// The sum of two surfaces by their shares. Two lobes become one: of the mean of the logarithms of their exponents,
+    /// each counted by what it reflects.
+    fn mixed(a: &Self, first: f32, b: &Self, second: f32) -> Self {
+        let (one, other) = (first * a.specular, second * b.specular);
+        let [weight, opposite] = [luminance(one).max(0.0), luminance(other).max(0.0)];
+        let exponent = if opposite == 0.0 {
+            a.exponent
+        } else if weight == 0.0 {
+            b.exponent
+        } else {
+            let log = |exponent: f32| exponent.max(0.0).ln_1p();
+            let mean = (weight * log(a.exponent) + opposite * log(b.exponent)) / (weight + opposite);
+            mean.exp_m1().clamp(0.0, Self::MAX_EXPONENT)
+        };
+        let is_one_lobe = weight == 0.0 || opposite == 0.0 || a.exponent == b.exponent;
+        Self {
+            diffuse: first * a.diffuse + second * b.diffuse,
+            specular: one + other,
+            exponent,
+            exact: a.exact && b.exact && is_one_lobe,
+        }
     }
 }
 
@@ -56,6 +80,10 @@ impl Bsdf<'_> {
             Lobe::Dielectric(_) => LowFrequency::lobe(Vec3::splat(0.04), 0.0),
             Lobe::Phase(_) => diffuse(Vec3::ONE, true),
             Lobe::Measured(_) => diffuse(self.albedo(), false),
+            Lobe::Mix(mix) => {
+                let [(first, a), (second, b)] = mix.parts(true);
+                LowFrequency::mixed(&a.low_frequency(), first, &b.low_frequency(), second)
+            }
         }
     }
 }

@@ -13,6 +13,7 @@ use crate::merl::MeasuredBrdf;
 use crate::metallic_roughness::MetallicRoughness;
 use crate::metals::metal;
 use crate::microfacet::{self, Ggx};
+use crate::mix::Mix;
 use crate::phong::Phong;
 
 /// What a surface is made of.
@@ -88,6 +89,13 @@ pub enum MaterialKind {
     },
     /// A table in the layout of the MERL database.
     Measured(Arc<MeasuredBrdf>),
+    /// Two materials side by side: how they scatter, and nothing else of them. They may be mixes themselves.
+    Mix {
+        /// What there is where the mask is 0, and what there is where it is 1.
+        parts: Arc<[Material; 2]>,
+        /// The share of the second, from 0 to 1.
+        mask: ScalarInput,
+    },
 }
 
 /// What a flat piece of metal reflects.
@@ -190,6 +198,17 @@ impl Material {
                 ))
             }
             MaterialKind::Measured(brdf) => Lobe::Measured(brdf),
+            MaterialKind::Mix { parts, mask } => {
+                let share = mask.share_at(input.uv);
+                if share <= 0.0 || share >= 1.0 {
+                    let opacity = self.opacity_at(input);
+                    let part =
+                        parts[usize::from(share >= 1.0)].bsdf(input).turned_away_unless(self.two_sided);
+                    let part = if opacity > 0.0 { part } else { Bsdf::new(Lobe::Black, self.two_sided) };
+                    return part.with_opacity(opacity);
+                }
+                Lobe::Mix(Mix::new(parts, *input, share))
+            }
         };
         let opacity = self.opacity_at(input);
         Bsdf::new(if opacity > 0.0 { lobe } else { Lobe::Black }, self.two_sided).with_opacity(opacity)
@@ -237,6 +256,34 @@ impl Material {
                 MaterialKind::MetallicRoughness { base_color, metallic, roughness, transmission, .. } => {
                     color(base_color) && [metallic, roughness, transmission].into_iter().all(scalar)
                 }
+                MaterialKind::Mix { parts, mask } => scalar(mask) && parts.iter().all(Material::is_uniform),
+            }
+    }
+
+    /// The materials that it is mixed of, mixes among them taken apart; itself alone if it is no mix.
+    pub fn leaves(&self) -> Vec<&Material> {
+        match &self.kind {
+            MaterialKind::Mix { parts, .. } => parts.iter().flat_map(Material::leaves).collect(),
+            _ => vec![self],
+        }
+    }
+
+    /// Whether it scatters alike in all directions, or not at all, wherever it is.
+    pub fn is_matt(&self) -> bool {
+        match &self.kind {
+            MaterialKind::Black | MaterialKind::Diffuse { .. } => true,
+            MaterialKind::Mix { parts, .. } => parts.iter().all(Material::is_matt),
+            _ => false,
+        }
+    }
+
+    /// Whether it matters how texture coordinates run over the surface: for a normal map, or a grain.
+    pub fn needs_tangents(&self) -> bool {
+        self.normal_map.is_some()
+            || match &self.kind {
+                MaterialKind::Conductor { anisotropy, .. } => *anisotropy != 0.0,
+                MaterialKind::Mix { parts, .. } => parts.iter().any(Material::needs_tangents),
+                _ => false,
             }
     }
 

@@ -2,6 +2,8 @@
 
 mod common;
 
+use std::sync::Arc;
+
 use glam::{Vec2, Vec3};
 use halflight_material::test_kit::{Random, furnace, never_breaks, reciprocity_error};
 use halflight_material::{ConductorColor, Material, MaterialKind, Opacity, SurfaceInput};
@@ -17,7 +19,8 @@ fn all() -> Vec<(String, f32, Material)> {
     let textured = common::textured()
         .into_iter()
         .map(|(name, material)| (name.clone(), if name.contains("glass") { 1.5 } else { 1.0 }, material));
-    analytic.chain(measured).chain(textured).collect()
+    let mixed = common::mixed().into_iter().map(|(name, material)| (name, 1.0, material));
+    analytic.chain(measured).chain(textured).chain(mixed).collect()
 }
 
 #[test]
@@ -99,6 +102,40 @@ fn a_one_sided_surface_is_black_from_behind_and_a_two_sided_one_is_not() {
     material.two_sided = false;
     assert!(material.bsdf(&input()).sample(back, 0.5, Vec2::splat(0.5)).is_none());
     assert_eq!(material.bsdf(&input()).eval(back, back), Vec3::ZERO);
+}
+
+#[test]
+fn a_mix_is_the_sum_of_its_parts_and_at_the_ends_of_its_mask_one_of_them() {
+    let (clay, gold) = (Material::diffuse(Vec3::new(0.8, 0.4, 0.2)), common::metal("gold", 0.3, 0.0));
+    let (wo, wi) = (Vec3::new(0.3, 0.1, 0.9).normalize(), Vec3::new(-0.4, 0.0, 0.8).normalize());
+    let of = |mask: f32| {
+        let parts = Arc::new([clay.clone(), gold.clone()]);
+        Material::new("mix", MaterialKind::Mix { parts, mask: mask.into() })
+    };
+    let value = |material: &Material| material.bsdf(&input()).eval(wo, wi);
+    let [first, second] = [&clay, &gold].map(value);
+    for mask in [0.0, 0.25, 0.5, 1.0] {
+        let sum = (1.0 - mask) * first + mask * second;
+        assert!(value(&of(mask)).distance(sum) < 1e-6 * sum.length(), "{mask}");
+    }
+    for (mask, part) in [(-3.0, first), (f32::NAN, first), (7.0, second)] {
+        assert_eq!(value(&of(mask)), part, "{mask}");
+    }
+    // The low frequencies mix as the parts do.
+    let bsdf = of(0.25);
+    let (low, metal) = (bsdf.bsdf(&input()).low_frequency(), gold.bsdf(&input()).low_frequency());
+    assert!(low.diffuse.distance(0.75 * Vec3::new(0.8, 0.4, 0.2)) < 1e-6);
+    assert!(
+        low.specular.distance(0.25 * metal.specular) < 1e-6 && (low.exponent - metal.exponent).abs() < 1e-3
+    );
+    // Half of a mirror is found by sampling alone, and the other half as before.
+    let parts = Arc::new([clay.clone(), Material::mirror()]);
+    let half = Material::new("mix", MaterialKind::Mix { parts, mask: 0.5.into() });
+    let bsdf = half.bsdf(&input());
+    assert!(!bsdf.is_delta_only() && bsdf.eval(wo, wi).distance(0.5 * first) < 1e-6);
+    let found = furnace(&bsdf, wo, 1.0, 200_000, 9);
+    let expected = 0.5 * Vec3::new(0.8, 0.4, 0.2) + Vec3::splat(0.5);
+    assert!((found.albedo - expected).abs().cmple(4.0 * found.standard_error + Vec3::splat(1e-4)).all());
 }
 
 #[test]

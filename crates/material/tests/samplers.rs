@@ -61,6 +61,15 @@ fn every_textured_sampler_follows_its_density() {
 }
 
 #[test]
+fn every_sampler_of_a_mix_follows_its_density() {
+    let mut failures = Vec::new();
+    for (name, material) in common::mixed() {
+        check(&name, &material, 5 * common::mixed().len(), &mut failures);
+    }
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
+
+#[test]
 fn the_test_itself_sees_an_exponent_that_is_told_wrongly_by_a_tenth_and_a_factor_of_a_twentieth() {
     let material = |exponent: f32| Material::phong(Vec3::ZERO, Vec3::ONE, exponent);
     let (drawn, told) = (material(30.0), material(33.0));

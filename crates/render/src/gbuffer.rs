@@ -11,8 +11,6 @@ use rayon::prelude::*;
 use crate::film::Region;
 use crate::vertex::{Vertex, facing_like};
 
-/// Columns and rows of the blocks whose rays are traced together.
-pub(crate) const BLOCK: usize = 8;
 /// Rows that are looked at in one piece of work.
 const BAND: usize = 16;
 

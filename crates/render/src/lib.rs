@@ -4,6 +4,7 @@
 
 pub mod camera_sample;
 pub mod checkpoint;
+mod content;
 mod cutouts;
 pub mod features;
 pub mod film;

@@ -163,6 +163,7 @@ fn kind_of(kind: &MaterialKind) -> &'static str {
         MaterialKind::Dielectric { .. } => "dielectric",
         MaterialKind::MetallicRoughness { .. } => "metallic-roughness",
         MaterialKind::Measured(_) => "measured",
+        MaterialKind::Mix { .. } => "mix",
     }
 }
 

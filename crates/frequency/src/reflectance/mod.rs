@@ -78,6 +78,20 @@ impl ReflectanceBandwidth {
         self.table.iter().copied().fold(0.0, f32::max)
     }
 
+    /// The larger of two: of reflectances that are added. Of one with and one without a grain, the largest value of the one
+    /// without counts everywhere.
+    #[must_use]
+    pub fn larger(&self, other: &Self) -> Self {
+        if self.isotropic != other.isotropic {
+            let (plain, grained) = if self.isotropic { (self, other) } else { (other, self) };
+            let least = plain.largest();
+            let table = grained.table.iter().map(|value| value.max(least)).collect();
+            return Self { isotropic: false, table };
+        }
+        let table = self.table.iter().zip(&other.table).map(|(a, b)| a.max(*b)).collect();
+        Self { isotropic: self.isotropic, table }
+    }
+
     /// All values: per incident direction 16 × 16 outgoing ones.
     #[must_use]
     pub fn values(&self) -> &[f32] {

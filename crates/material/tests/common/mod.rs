@@ -160,6 +160,41 @@ pub(crate) fn textured() -> Vec<(String, Material)> {
     ]
 }
 
+/// Mixes of pairs of every kind, by numbers and by a picture.
+pub(crate) fn mixed() -> Vec<(String, Material)> {
+    let image = TextureImage {
+        width: 2,
+        height: 1,
+        texels: Texels::Floats(vec![[0.0, 0.0, 0.0, 1.0], [1.0, 1.0, 1.0, 1.0]]),
+    };
+    let texture = Arc::new(Texture::new(Arc::new(image)));
+    let picture = || ScalarInput::Textured { texture: texture.clone(), channel: 0, factor: 1.0 };
+    let mix = |first: &Material, second: &Material, mask: ScalarInput| {
+        let parts = Arc::new([first.clone(), second.clone()]);
+        Material::new("mix", MaterialKind::Mix { parts, mask })
+    };
+    let (clay, gold) = (Material::diffuse(Vec3::new(0.8, 0.4, 0.2)), metal("gold", 0.3, 0.0));
+    let plastic = Material::phong(Vec3::new(0.3, 0.2, 0.1), Vec3::splat(0.5), 30.0);
+    let measured = measured_materials();
+    let half = mix(&clay, &gold, 0.5.into());
+    let front = |material: &Material| Material { two_sided: false, ..material.clone() };
+    vec![
+        ("clay and gold".into(), half.clone()),
+        ("clay and a little gold".into(), mix(&clay, &gold, 0.02.into())),
+        ("black and plastic".into(), mix(&Material::diffuse(Vec3::ZERO), &plastic, 0.4.into())),
+        ("clay and a mirror".into(), mix(&clay, &Material::mirror(), 0.6.into())),
+        ("measured: two tables".into(), mix(&measured[1].1, &measured[2].1, picture())),
+        ("measured: a table and clay".into(), mix(&measured[1].1, &clay, 0.7.into())),
+        ("three".into(), mix(&half, &plastic, picture())),
+        ("thin wall and clay".into(), {
+            let wall = metallic_roughness(Vec3::new(0.9, 0.9, 0.5), 0.0, 0.3, 0.6);
+            mix(&wall, &clay, 0.5.into())
+        }),
+        ("clay from the front, gold from both sides".into(), mix(&front(&clay), &gold, 0.5.into())),
+        ("one side only".into(), front(&half)),
+    ]
+}
+
 /// A file of the shared data, or `None` with a note.
 pub(crate) fn shared(name: &str) -> Option<PathBuf> {
     let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data")).join(name);

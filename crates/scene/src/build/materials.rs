@@ -27,8 +27,10 @@ pub(crate) fn default_material() -> Material {
 impl Builder {
     /// Builds every `[material.NAME]`.
     pub(crate) fn named_materials(&mut self, named: &[(At<String>, MaterialSpec)]) {
+        self.mixing.declared = named.into();
         for (name, spec) in named {
-            let entry = self.material_entry(&name.value, spec);
+            let Some(material) = self.declared_material(name) else { continue };
+            let entry = self.entry_of(material, spec);
             self.named.insert(name.value.clone(), entry);
         }
     }
@@ -44,15 +46,8 @@ impl Builder {
             MaterialReference::Named(name) => {
                 let found = self.named.get(&name.value).cloned();
                 if found.is_none() {
-                    let problem =
-                        Problem::new(&name.origin, format!("there is no material `{}`", name.value));
-                    let mut names: Vec<&str> = self.named.keys().map(String::as_str).collect();
-                    names.sort_unstable();
-                    let problem = if names.is_empty() {
-                        problem.help(format!("write a table [material.{}]", name.value))
-                    } else {
-                        problem.offer(&name.value, names)
-                    };
+                    let names = self.named.keys().map(String::as_str).collect();
+                    let problem = no_such_material(name, names);
                     self.reader.report(problem);
                 }
                 found
@@ -62,6 +57,10 @@ impl Builder {
 
     fn material_entry(&mut self, name: &str, spec: &MaterialSpec) -> MaterialEntry {
         let material = self.material(name, spec);
+        self.entry_of(material, spec)
+    }
+
+    fn entry_of(&mut self, material: Material, spec: &MaterialSpec) -> MaterialEntry {
         let displacement = spec.common.displacement.as_ref().and_then(|d| self.displacement(d));
         MaterialEntry { index: self.add_material(material), displacement }
     }
@@ -98,6 +97,7 @@ impl Builder {
                 Some(table) => MaterialKind::Measured(table),
                 None => MaterialKind::Black,
             },
+            MaterialKindSpec::Mix(s) => self.mix(name, s),
             MaterialKindSpec::Mirror(s) => MaterialKind::Conductor {
                 color: ConductorColor::Constant(self.color(&s.color)),
                 roughness: 0.0.into(),
@@ -201,7 +201,7 @@ impl Builder {
     }
 
     /// A number, or one channel of a texture; `channel` where the setting does not say which.
-    fn scalar(&mut self, setting: &ScalarSetting, channel: usize) -> ScalarInput {
+    pub(super) fn scalar(&mut self, setting: &ScalarSetting, channel: usize) -> ScalarInput {
         match setting {
             ScalarSetting::Constant(x) => ScalarInput::Constant(*x),
             ScalarSetting::Texture(spec) => match self.texture_setting(spec, ColorSpace::Linear) {
@@ -226,6 +226,17 @@ impl Builder {
             middle: spec.middle,
             edge: spec.edge,
         }))
+    }
+}
+
+/// That a name is none of these materials.
+pub(super) fn no_such_material(name: &At<String>, mut names: Vec<&str>) -> Problem {
+    let problem = Problem::new(&name.origin, format!("there is no material `{}`", name.value));
+    names.sort_unstable();
+    if names.is_empty() {
+        problem.help(format!("write a table [material.{}]", name.value))
+    } else {
+        problem.offer(&name.value, names)
     }
 }
 

@@ -11,6 +11,7 @@ mod lights;
 mod materials;
 mod media;
 mod meshes;
+mod mixes;
 mod model_materials;
 mod node_spheres;
 mod shapes;
@@ -49,6 +50,7 @@ pub(crate) struct Builder {
     pub(crate) materials: Vec<Arc<Material>>,
     /// Materials of the scene file by name, with the displacement that goes with them.
     pub(crate) named: HashMap<String, MaterialEntry>,
+    mixing: mixes::Mixing,
     textures: HashMap<(PathBuf, bool), Arc<TextureImage>>,
     measured: HashMap<(PathBuf, bool), Arc<MeasuredBrdf>>,
     models: HashMap<PathBuf, Arc<Model>>,

@@ -242,12 +242,7 @@ impl Builder {
 
     fn finish(&self, shading: Option<Shading>, entry: Option<&MaterialEntry>, materials: &[u32]) -> Finish {
         let mut used = materials.iter().chain(entry.map(|entry| &entry.index));
-        let tangents = used.any(|&index| {
-            let material = &self.materials[index as usize];
-            let stretched = matches!(&material.kind,
-                halflight_material::MaterialKind::Conductor { anisotropy, .. } if *anisotropy != 0.0);
-            material.normal_map.is_some() || stretched
-        });
+        let tangents = used.any(|&index| self.materials[index as usize].needs_tangents());
         Finish { shading, displacement: entry.and_then(|entry| entry.displacement.clone()), tangents }
     }
 

@@ -3,6 +3,7 @@
 use glam::{Vec2, Vec3};
 use halflight_material::{metal, metal_names};
 
+use super::MaterialReference;
 use crate::schema::{At, Color, Docs, FilePath, Kind, Problem, ReadValue, Reader, Tagged, Value};
 use crate::schema::{at_least, between, fraction, within};
 use crate::{choices, record, variants};
@@ -414,6 +415,22 @@ record! {
 }
 
 record! {
+    /// Two materials on one surface.
+    pub struct MixSpec, "mix" {
+        /// What there is where the mask is 0: a material by name, or its table. Only how it scatters counts.
+        #[example = "\"red paint\""]
+        first: MaterialReference,
+        /// What there is where the mask is 1. Either may be a mix itself, for more than two.
+        #[example = "\"blue paint\""]
+        second: MaterialReference,
+        /// The share of the second: one for all of the surface, or from a picture, whose red channel counts unless it says
+        /// otherwise.
+        #[example = "{ file = \"checker.png\", repeat = [4, 4] }"]
+        mask: ScalarSetting = ScalarSetting::Constant(0.5) => fraction(),
+    }
+}
+
+record! {
     /// A mirror.
     pub struct MirrorSpec, "mirror" {
         /// What it reflects.
@@ -437,6 +454,9 @@ variants! {
         "metallic-roughness" => MetallicRoughness(MetallicRoughnessSpec),
         /// A table of measurements in the layout of the MERL database.
         "measured" => Measured(MeasuredSpec),
+        /// Two materials of any kind on one surface, by a mask: f = (1 − mask) first + mask second. What they have beside how
+        /// they scatter (emission, bumps, opacity) belongs to the mix.
+        "mix" => Mix(MixSpec),
         /// An ideal mirror.
         "mirror" => Mirror(MirrorSpec),
         /// Shines, and scatters nothing. One-sided unless it says otherwise.

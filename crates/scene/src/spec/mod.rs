@@ -20,7 +20,7 @@ pub use light::{
 pub use material::{
     ColorSetting, ConductorSpec, DielectricSpec, DiffuseSpec, DisplacementSpec, EmissiveSpec, Interpolation,
     MaterialCommon, MaterialKindSpec, MaterialSpec, MeasuredSpec, Metal, MetallicRoughnessSpec, MirrorSpec,
-    NormalMapSpec, NormalMapTable, PhongSpec, ScalarSetting, SpaceName, TextureSpec, WrapName,
+    MixSpec, NormalMapSpec, NormalMapTable, PhongSpec, ScalarSetting, SpaceName, TextureSpec, WrapName,
 };
 pub use medium::MediumSpec;
 pub use shape::{

@@ -112,7 +112,7 @@ fn chain(text: &mut String, judge: &Judge, point: &SurfacePoint, bend: &Bend) {
         let brought = judge.light.brought(direction, probe.solid_angle);
         (probe.gain * brought.mean, brought.bandwidth)
     };
-    let probes = lobe.probes(point.view().z).iter();
+    let probes = lobe.probes(point.view().z).flatten();
     let strongest = probes.map(|probe| (brings(probe), probe)).max_by(|a, b| a.0.0.total_cmp(&b.0.0));
     if let Some(((weight, bandwidth), probe)) = strongest.filter(|s| s.0.0 > 0.0) {
         let _ = writeln!(text, "\nthe direction of the environment that brings most ({weight:.4}):");

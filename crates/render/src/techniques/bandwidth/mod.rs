@@ -27,6 +27,8 @@ mod gather;
 mod hierarchy;
 mod light;
 mod lobes;
+#[cfg(test)]
+mod mixes;
 mod octahedral;
 mod paint;
 mod parts;

@@ -4,6 +4,8 @@
 //! the pixel's footprint, times how many texels a pixel steps over. `[001]` §2.3 gives cycles per metre; as pixels are
 //! what is asked for in the end, and texture coordinates are known there, the way over metres is left out.
 
+use std::sync::Arc;
+
 use glam::{Vec2, Vec3};
 use halflight_frequency::bandwidth::bounded;
 use halflight_frequency::mapping::TextureBandwidth;
@@ -47,10 +49,13 @@ impl Paint {
     }
 }
 
-/// The pictures that colour a material.
+/// The pictures that colour a material, and those that mix it.
 pub(super) fn colours(material: &Material) -> Vec<Paint> {
+    if let MaterialKind::Mix { parts, mask } = &material.kind {
+        return number(mask).into_iter().chain(parts.iter().flat_map(colours)).collect();
+    }
     let inputs: Vec<&ColorInput> = match &material.kind {
-        MaterialKind::Black | MaterialKind::Measured(_) => Vec::new(),
+        MaterialKind::Black | MaterialKind::Measured(_) | MaterialKind::Mix { .. } => Vec::new(),
         MaterialKind::Diffuse { albedo } => vec![albedo],
         MaterialKind::Phong { diffuse, specular, .. } => vec![diffuse, specular],
         MaterialKind::Conductor { color, .. } => match color {
@@ -80,16 +85,24 @@ pub(super) fn numbers(material: &Material) -> Vec<Paint> {
         MaterialKind::MetallicRoughness { metallic, roughness, transmission, .. } => {
             vec![metallic, roughness, transmission]
         }
+        MaterialKind::Mix { .. } => Vec::new(),
     };
     inputs.extend(material.opacity.as_ref().map(|opacity| &opacity.amount));
-    let paint = |input: &ScalarInput| match input {
+    let of_parts: Vec<Paint> = match &material.kind {
+        MaterialKind::Mix { parts, .. } => parts.iter().flat_map(numbers).collect(),
+        _ => Vec::new(),
+    };
+    inputs.into_iter().filter_map(number).chain(of_parts).collect()
+}
+
+fn number(input: &ScalarInput) -> Option<Paint> {
+    match input {
         ScalarInput::Textured { texture, channel, .. } => {
             let channel = (*channel).min(2);
             Some(Paint::new(texture, |texel| texel[channel]))
         }
         ScalarInput::Constant(_) => None,
-    };
-    inputs.into_iter().filter_map(paint).collect()
+    }
 }
 
 /// The material with every picture replaced by its mean; and whether the form of its lobe, not just its colour, varied.
@@ -105,7 +118,21 @@ pub(super) fn without_paint(material: &Material) -> (Material, bool) {
     };
     let kind = match &material.kind {
         MaterialKind::Black => MaterialKind::Black,
-        MaterialKind::Measured(brdf) => MaterialKind::Measured(std::sync::Arc::clone(brdf)),
+        MaterialKind::Measured(brdf) => MaterialKind::Measured(Arc::clone(brdf)),
+        MaterialKind::Mix { parts, mask } => {
+            let mask = match mask {
+                ScalarInput::Textured { texture, channel, factor } => {
+                    texture.mean().to_array()[(*channel).min(3)] * factor
+                }
+                ScalarInput::Constant(share) => *share,
+            };
+            let parts = parts.each_ref().map(|part| {
+                let (plain, part_varies) = without_paint(part);
+                varies |= part_varies;
+                plain
+            });
+            MaterialKind::Mix { parts: Arc::new(parts), mask: mask.into() }
+        }
         MaterialKind::Diffuse { albedo } => MaterialKind::Diffuse { albedo: color(albedo) },
         MaterialKind::Phong { diffuse, specular, exponent } => MaterialKind::Phong {
             diffuse: color(diffuse),

@@ -5,12 +5,18 @@
 //! ```
 //!
 //! For one colour c that f depends on linearly: w = (1, c), F_0 = f at black, F_1 = f at white − f at black. For Phong's two
-//! colours: the one with the other black. Whether f is such a sum is not assumed but tried, and where it is not (a textured
+//! colours: the one with the other black. For two materials and a mask m: w = ((1 − m) c_0, m c_1) with F of the one and of the
+//! other, c the colour of a diffuse one and else white; parts with pictures of their own beside that, and mixes of mixes, stay
+//! whole. Whether f is such a sum is not assumed but tried, and where it is not (a textured
 //! glTF metal in part, say) the material stays whole. The seed shades pictures on materials as they are, `[001]` §2.3, with
 //! t added to ν_s; taken apart, t is zero for colours.
 
 use glam::Vec3;
-use halflight_material::{Bsdf, ColorInput, ConductorColor, Material, MaterialKind, SurfaceInput};
+use halflight_material::{
+    Bsdf, ColorInput, ConductorColor, Material, MaterialKind, ScalarInput, SurfaceInput,
+};
+
+use super::paint::{colours, numbers};
 
 /// What a place sends to the eye by each of the parts of its material.
 pub(super) type Shares = [Vec3; 2];
@@ -23,12 +29,16 @@ pub(super) enum Parts {
     Tinted(Box<[Material; 2]>),
     /// Phong's: without its lobe in white, without its diffuse part in white.
     Sum(Box<[Material; 2]>),
+    /// A mix: what it is mixed of, what is diffuse in white; and both with their own mean colours.
+    Mixed(Box<[Material; 2]>, Box<[Material; 2]>),
 }
 
 /// Whether places of a material differ in nothing but what [`Parts::weights`] says.
 pub(super) struct Split {
     pub(super) parts: Parts,
-    /// Whether it could be taken apart, or has no colours at all.
+    /// Whether that holds of its pictures.
+    pub(super) is_apart: bool,
+    /// Whether that holds of vertex colours, too.
     pub(super) is_complete: bool,
 }
 
@@ -41,6 +51,14 @@ impl Parts {
             (Parts::Whole(_), _) => [Vec3::ONE, Vec3::ZERO],
             (Parts::Sum(_), MaterialKind::Phong { diffuse, specular, .. }) => {
                 [color(diffuse), color(specular)]
+            }
+            (Parts::Mixed(..), MaterialKind::Mix { parts, mask }) => {
+                let second = mask.share_at(input.uv);
+                let part = |i: usize, share: f32| match &parts[i].kind {
+                    MaterialKind::Diffuse { albedo } => share * color(albedo),
+                    _ => Vec3::splat(share),
+                };
+                [part(0, 1.0 - second), part(1, second)]
             }
             (
                 _,
@@ -64,9 +82,17 @@ impl Parts {
             Parts::Tinted(pair) => {
                 Scattering { first: pair[0].bsdf(&input), second: Some(pair[1].bsdf(&input)), from: true }
             }
-            Parts::Sum(pair) => {
+            Parts::Sum(pair) | Parts::Mixed(pair, _) => {
                 Scattering { first: pair[0].bsdf(&input), second: Some(pair[1].bsdf(&input)), from: false }
             }
+        }
+    }
+
+    /// What a mix is mixed of, without pictures, where places are judged by each of its parts.
+    pub(super) fn mixed(&self) -> Option<&[Material; 2]> {
+        match self {
+            Parts::Mixed(_, pair) => Some(pair),
+            _ => None,
         }
     }
 
@@ -78,14 +104,14 @@ impl Parts {
 
 impl Split {
     /// Takes a material apart; `plain` is the same with pictures replaced by their means.
-    pub(super) fn new(plain: &Material) -> Self {
+    pub(super) fn new(material: &Material, plain: &Material) -> Self {
         let with = |kind| Material { kind, ..plain.clone() };
         let one = |recoloured: &dyn Fn(Vec3) -> MaterialKind| {
             let pair = [with(recoloured(Vec3::ZERO)), with(recoloured(Vec3::ONE))];
             if is_linear(&pair, &with(recoloured(Vec3::splat(0.5)))) {
-                Split { parts: Parts::Tinted(Box::new(pair)), is_complete: true }
+                Split { parts: Parts::Tinted(Box::new(pair)), is_apart: true, is_complete: true }
             } else {
-                Split { parts: Parts::Whole(Box::new(plain.clone())), is_complete: false }
+                Split { is_apart: false, is_complete: false, ..Split::whole(plain) }
             }
         };
         match &plain.kind {
@@ -98,7 +124,8 @@ impl Split {
                         exponent: exponent.clone(),
                     })
                 };
-                Split { parts: Parts::Sum(Box::new([part(1.0), part(0.0)])), is_complete: true }
+                let parts = Parts::Sum(Box::new([part(1.0), part(0.0)]));
+                Split { parts, is_apart: true, is_complete: true }
             }
             MaterialKind::Conductor { color, roughness, anisotropy } => {
                 let conductor = |color| MaterialKind::Conductor {
@@ -124,12 +151,49 @@ impl Split {
             }
             MaterialKind::Black | MaterialKind::Measured(_) => Split::whole(plain),
             // What goes through is not tinted by the tables.
-            MaterialKind::Dielectric { .. } => Split { is_complete: false, ..Split::whole(plain) },
+            MaterialKind::Dielectric { .. } => {
+                Split { is_apart: false, is_complete: false, ..Split::whole(plain) }
+            }
+            MaterialKind::Mix { parts: plain_parts, .. } => match &material.kind {
+                MaterialKind::Mix { parts, mask } => Split::mixed(parts, mask, plain, plain_parts),
+                _ => Split { is_apart: false, is_complete: false, ..Split::whole(plain) },
+            },
         }
     }
 
+    fn mixed(
+        parts: &[Material; 2],
+        mask: &ScalarInput,
+        plain: &Material,
+        plain_parts: &[Material; 2],
+    ) -> Self {
+        let ignores_vertices = |part: &&Material| match &part.kind {
+            MaterialKind::Black | MaterialKind::Measured(_) => true,
+            MaterialKind::Conductor { color, .. } => matches!(color, ConductorColor::Complex { .. }),
+            _ => false,
+        };
+        let is_diffuse = |part: &Material| matches!(part.kind, MaterialKind::Diffuse { .. });
+        let is_mix = |part: &Material| matches!(part.kind, MaterialKind::Mix { .. });
+        let is_painted = |part: &Material| !(colours(part).is_empty() && numbers(part).is_empty());
+        if matches!(mask, ScalarInput::Constant(_)) && !parts.iter().any(is_painted) {
+            // One lobe, the same everywhere.
+            let is_complete = plain.leaves().iter().all(ignores_vertices);
+            return Split { is_complete, ..Split::whole(plain) };
+        }
+        if parts.iter().any(|part| is_mix(part) || !is_diffuse(part) && is_painted(part)) {
+            return Split { is_apart: false, is_complete: false, ..Split::whole(plain) };
+        }
+        let white = |part: &Material| match is_diffuse(part) {
+            true => Material { kind: MaterialKind::Diffuse { albedo: Vec3::ONE.into() }, ..part.clone() },
+            false => part.clone(),
+        };
+        let is_complete = parts.iter().all(|part| is_diffuse(part) || ignores_vertices(&part));
+        let parts = Parts::Mixed(Box::new(plain_parts.each_ref().map(white)), Box::new(plain_parts.clone()));
+        Split { parts, is_apart: true, is_complete }
+    }
+
     fn whole(plain: &Material) -> Self {
-        Self { parts: Parts::Whole(Box::new(plain.clone())), is_complete: true }
+        Self { parts: Parts::Whole(Box::new(plain.clone())), is_apart: true, is_complete: true }
     }
 }
 
@@ -180,6 +244,13 @@ fn is_linear(ends: &[Material; 2], middle: &Material) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
+    use glam::Vec2;
+    use halflight_image::{Texels, TextureImage};
+    use halflight_material::Texture;
+
+    use super::super::paint::without_paint;
     use super::*;
 
     #[test]
@@ -206,13 +277,59 @@ mod tests {
         let (view, light) = (Vec3::new(0.5, 0.1, 0.8).normalize(), Vec3::new(-0.4, 0.2, 0.6).normalize());
         let input = SurfaceInput { color: Vec3::new(0.8, 0.9, 0.5), ..SurfaceInput::default() };
         for material in &materials {
-            let split = Split::new(material);
+            let split = Split::new(material, material);
             assert!(split.is_complete && split.parts.is_double(), "{}", material.name);
             let sum = joined(split.parts.bsdfs().eval(view, light), split.parts.weights(material, &input));
             let whole = material.bsdf(&input).eval(view, light);
             assert!(sum.distance(whole) < 1e-4 * whole.length(), "{}: {sum} {whole}", material.name);
         }
         // Half a metal depends on its colour's square.
-        assert!(!Split::new(&gltf(0.5)).is_complete);
+        let half = gltf(0.5);
+        assert!(!Split::new(&half, &half).is_complete);
+    }
+
+    #[test]
+    fn a_mix_by_a_picture_is_the_sum_of_its_parts_times_the_mask() {
+        let picture = TextureImage {
+            width: 2,
+            height: 1,
+            texels: Texels::Floats(vec![[0.2, 0.5, 0.9, 1.0], [0.7, 0.1, 0.3, 1.0]]),
+        };
+        let texture = Arc::new(Texture::new(Arc::new(picture)));
+        let mask = ScalarInput::Textured { texture: Arc::clone(&texture), channel: 0, factor: 1.0 };
+        let painted = ColorInput::Textured { texture, factor: Vec3::ONE };
+        let marble = Material::new("marble", MaterialKind::Diffuse { albedo: painted.clone() });
+        let shiny = Material::phong(Vec3::splat(0.2), Vec3::splat(0.6), 90.0);
+        let mix = |first: &Material, second: &Material, mask: &ScalarInput| {
+            let parts = Arc::new([first.clone(), second.clone()]);
+            Material::new("mix", MaterialKind::Mix { parts, mask: mask.clone() })
+        };
+        let both = mix(&marble, &shiny, &mask);
+        let (plain, _) = without_paint(&both);
+        let split = Split::new(&both, &plain);
+        assert!(split.is_apart && !split.is_complete && split.parts.is_double());
+        let (view, light) = (Vec3::new(0.5, 0.1, 0.8).normalize(), Vec3::new(-0.4, 0.2, 0.6).normalize());
+        for u in [0.25, 0.4, 0.75] {
+            let input = SurfaceInput { uv: Vec2::new(u, 0.5), ..SurfaceInput::default() };
+            let sum = joined(split.parts.bsdfs().eval(view, light), split.parts.weights(&both, &input));
+            let whole = both.bsdf(&input).eval(view, light);
+            assert!(sum.distance(whole) < 1e-5 * whole.length(), "{u}: {sum} {whole}");
+        }
+        // Pictures of other kinds, and mixes in mixes, are not taken apart; one lobe for all is itself.
+        let metal = MaterialKind::Conductor {
+            color: ConductorColor::Normal(painted),
+            roughness: 0.5.into(),
+            anisotropy: 0.0,
+        };
+        let half = ScalarInput::Constant(0.5);
+        for (first, second, mask, is_apart) in [
+            (&Material::new("metal", metal), &shiny, &mask, false),
+            (&both, &shiny, &mask, false),
+            (&shiny, &Material::diffuse(Vec3::splat(0.3)), &half, true),
+        ] {
+            let both = mix(first, second, mask);
+            let split = Split::new(&both, &without_paint(&both).0);
+            assert!(split.is_apart == is_apart && !split.parts.is_double());
+        }
     }
 }

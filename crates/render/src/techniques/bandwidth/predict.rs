@@ -19,13 +19,14 @@ use std::sync::Arc;
 use glam::Vec3;
 use halflight_frequency::bandwidth::{Exit, UNLIMITED, pixel};
 use halflight_frequency::importance::point as sequence;
+use halflight_material::SurfaceInput;
 use halflight_scene::Frame;
 use halflight_scene::lights::{Arrival, DeltaLight, luminance};
 use rayon::prelude::*;
 
 use super::curvature::{self, Bend};
 use super::light::FrameLight;
-use super::lobes::{Directions, Lobe};
+use super::lobes::{Directions, Lobe, Probe};
 use super::samples::{GROUP, MOST_SAMPLES};
 use super::settings::{BandwidthSettings, Mode};
 use super::surface::{SurfacePoint, Surfaces};
@@ -65,6 +66,17 @@ pub(super) struct Judgement {
     pub(super) relative: [f32; 2],
     /// ν_a at the eye from local lights, with the curvature of that place, cycles per radian.
     pub(super) local: f32,
+}
+
+impl Judgement {
+    /// Of one kind of light alone.
+    fn of(kind: usize, mean: f32, variance: f32) -> Self {
+        let mut judged = Self::default();
+        judged.mean[kind] = mean;
+        judged.variance[kind] = variance;
+        judged.relative[kind] = (variance / (mean * mean).max(f32::MIN_POSITIVE)).min(f32::MAX);
+        judged
+    }
 }
 
 /// What is predicted of a pixel.
@@ -124,48 +136,62 @@ impl<'a> Judge<'a> {
         let point = surfaces.at(pixel[0], pixel[1]);
         let mut judged = Judgement::default();
         let lobe = &self.lobes[point.material as usize];
-        let filtered = self.settings.mode == Mode::Preconvolved;
-        let target = self.settings.target_error();
         let view = point.view();
         let [x, y, z] = turned(point.axes(), view).map(|axis| self.light.to_map * axis);
         let front = self.light.to_map * point.geometric_normal;
         if self.light.environment.is_some() {
-            let probes = lobe.probes(view.z);
-            let (mut first, mut second, mut limited) = (0.0, 0.0, 0.0);
-            for probe in probes {
-                let direction = probe.direction.x * x + probe.direction.y * y + probe.direction.z * z;
-                let leaks = direction.dot(front) * probe.direction.z <= 0.0;
-                let gain = if leaks { 0.0 } else { probe.gain };
-                let solid_angle =
-                    if filtered { probe.solid_angle.max(probe.blurred * target) } else { probe.solid_angle };
-                let brought = self.light.brought(direction, solid_angle);
-                let weight = gain * brought.mean;
-                first += weight;
-                second +=
-                    gain * gain * if filtered { brought.mean * brought.mean } else { brought.mean_square };
-                limited += weight * passed(brought.bandwidth, probe.lobe);
-            }
-            judged.mean[0] = first / probes.len() as f32;
-            judged.variance[0] = variance(first, second, probes.len());
-            judged.limited = if first > 0.0 { limited / first } else { 0.0 };
+            judged = lobe
+                .probes(view.z)
+                .map(|probes| self.judge_distant(probes, [x, y, z], front))
+                .reduce(|a, b| larger(&a, &b))
+                .unwrap_or_default();
         }
         if self.light.has_local() && !matches!(lobe.directions, Directions::Single | Directions::None) {
             let bend = curvature::measure(surfaces, lobe, pixel);
-            self.judge_local(point, &bend, lobe, &mut judged);
+            let local = self.judge_local(point, &bend, lobe);
+            judged.mean[1] = local.mean[1];
+            judged.variance[1] = local.variance[1];
+            judged.relative[1] = local.relative[1];
+            judged.local = local.local;
         }
-        judged.relative = std::array::from_fn(|kind| {
-            let mean = judged.mean[kind];
-            (judged.variance[kind] / (mean * mean).max(f32::MIN_POSITIVE)).min(f32::MAX)
-        });
         judged
     }
 
-    fn judge_local(&self, point: &SurfacePoint, bend: &Bend, lobe: &Lobe, judged: &mut Judgement) {
+    /// What a lobe brings to the eye of the environment.
+    fn judge_distant(&self, probes: &[Probe], [x, y, z]: [Vec3; 3], front: Vec3) -> Judgement {
+        let filtered = self.settings.mode == Mode::Preconvolved;
+        let target = self.settings.target_error();
+        let (mut first, mut second, mut limited) = (0.0, 0.0, 0.0);
+        for probe in probes {
+            let direction = probe.direction.x * x + probe.direction.y * y + probe.direction.z * z;
+            let leaks = direction.dot(front) * probe.direction.z <= 0.0;
+            let gain = if leaks { 0.0 } else { probe.gain };
+            let solid_angle =
+                if filtered { probe.solid_angle.max(probe.blurred * target) } else { probe.solid_angle };
+            let brought = self.light.brought(direction, solid_angle);
+            let weight = gain * brought.mean;
+            first += weight;
+            second += gain * gain * if filtered { brought.mean * brought.mean } else { brought.mean_square };
+            limited += weight * passed(brought.bandwidth, probe.lobe);
+        }
+        let mut judged = Judgement::of(0, first / probes.len() as f32, variance(first, second, probes.len()));
+        judged.limited = if first > 0.0 { limited / first } else { 0.0 };
+        judged
+    }
+
+    /// What local lights bring to the eye, by the lobe at this place or by the part of a mix that asks for most.
+    fn judge_local(&self, point: &SurfacePoint, bend: &Bend, lobe: &Lobe) -> Judgement {
         let exit = Self::exit(point, bend);
-        let bsdf = point.bsdf(self.frame);
+        let parts = lobe.parts.mixed();
+        let here = SurfaceInput::default();
+        let bsdfs = match parts {
+            Some([first, second]) => [first.bsdf(&here), second.bsdf(&here)],
+            None => [point.bsdf(self.frame); 2],
+        };
+        let number = if parts.is_some() { 2 } else { 1 };
         let (axes, mut view) = (point.axes(), point.view());
         view.z *= point.side;
-        let (mut first, mut second, mut angular) = (0.0, 0.0, 0.0);
+        let mut sums = [[0.0f32; 3]; 2];
         let count = self.settings.directions.min(LOCAL);
         for i in 0..count {
             let choice = ((i as f32 + 0.5) * 0.618_034).fract();
@@ -179,7 +205,6 @@ impl<'a> Judge<'a> {
             }
             let [x, y, z] = axes.map(|axis| axis.dot(sample.direction));
             let local = Vec3::new(x, y, point.side * z);
-            let weight = luminance(bsdf.eval(view, local) * radiance) / sample.pdf;
             let rho = lobe.bandwidth.at(Vec3::new(x, y, z), point.view());
             let at_eye = match from {
                 Some(from) => {
@@ -188,13 +213,19 @@ impl<'a> Judge<'a> {
                 }
                 None => exit.distant(UNLIMITED, rho).angular,
             };
-            first += weight;
-            second += weight * weight;
-            angular += weight * at_eye;
+            for (bsdf, [first, second, angular]) in bsdfs.iter().zip(&mut sums).take(number) {
+                let weight = luminance(bsdf.eval(view, local) * radiance) / sample.pdf;
+                *first += weight;
+                *second += weight * weight;
+                *angular += weight * at_eye;
+            }
         }
-        judged.mean[1] = first / count as f32;
-        judged.variance[1] = variance(first, second, count as usize);
-        judged.local = if first > 0.0 { angular / first } else { 0.0 };
+        let judged = |[first, second, angular]: [f32; 3]| {
+            let judged = Judgement::of(1, first / count as f32, variance(first, second, count as usize));
+            Judgement { local: if first > 0.0 { angular / first } else { 0.0 }, ..judged }
+        };
+        let [a, b] = sums.map(judged);
+        if parts.is_some() { larger(&a, &b) } else { a }
     }
 
     /// What a judgement means for a pixel. `floor` is the luminance below which errors are not relative.

@@ -13,8 +13,6 @@ use glam::Vec3;
 use halflight_frequency::bandwidth::lobe::phong_exponent;
 use halflight_frequency::importance::{ImportanceTable, TableSize};
 use halflight_frequency::reflectance::ReflectanceBandwidth;
-use halflight_material::Bsdf;
-use halflight_scene::lights::luminance;
 use halflight_trace::Kernel;
 use rayon::prelude::*;
 
@@ -89,8 +87,13 @@ pub(super) fn run(elevation: usize, number: usize, which: u32) -> Run {
 }
 
 impl HalfSamples {
-    /// Samples of a reflectance, its colours as they are in the mean; the weights are those of its parts.
-    pub(super) fn new(bsdf: &Bsdf, parts: &Parts, bandwidth: &ReflectanceBandwidth) -> Self {
+    /// Samples that follow `density(view, light)`, the reflectance with the colours that it has in the mean, say; the weights
+    /// are those of its parts.
+    pub(super) fn new(
+        density: impl Fn(Vec3, Vec3) -> f32 + Sync,
+        parts: &Parts,
+        bandwidth: &ReflectanceBandwidth,
+    ) -> Self {
         let size = TableSize {
             elevations: ELEVATIONS,
             azimuths: 1,
@@ -98,7 +101,7 @@ impl HalfSamples {
             samples: MOST_SAMPLES / VECTORS,
             ..TableSize::default()
         };
-        let table = ImportanceTable::new(|view, light| luminance(bsdf.eval(view, light)), size);
+        let table = ImportanceTable::new(density, size);
         let number = ELEVATIONS * MOST_SAMPLES;
         let scattering = parts.bsdfs();
         let finite = |w: Vec3| if w.is_finite() { w.extend(0.0).to_array() } else { [0.0; 4] };
@@ -259,6 +262,7 @@ impl Kernel for Reflect<'_> {
 mod tests {
     use glam::Vec2;
     use halflight_material::{Material, SurfaceInput};
+    use halflight_scene::lights::luminance;
     use halflight_trace::Simd;
 
     use super::super::parts::Split;
@@ -268,8 +272,9 @@ mod tests {
     fn many_samples_are_reflected_as_one_is() {
         let material = Material::phong(Vec3::splat(0.2), Vec3::splat(0.6), 200.0);
         let bsdf = material.bsdf(&SurfaceInput::default());
-        let parts = Split::new(&material).parts;
-        let samples = HalfSamples::new(&bsdf, &parts, &ReflectanceBandwidth::constant(2.0));
+        let parts = Split::new(&material, &material).parts;
+        let density = |view, light| luminance(bsdf.eval(view, light));
+        let samples = HalfSamples::new(density, &parts, &ReflectanceBandwidth::constant(2.0));
         let (theta, number) = (0.6f32, 51);
         let view = Vec3::new(theta.sin(), 0.0, theta.cos());
         let (x, y) = Vec3::new(0.1, 0.9, -0.3).normalize().any_orthonormal_pair();

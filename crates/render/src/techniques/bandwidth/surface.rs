@@ -11,9 +11,10 @@ use halflight_scene::camera::View;
 use halflight_trace::{GridRows, Hit, Ray};
 use rayon::prelude::*;
 
-use crate::gbuffer::BLOCK;
 use crate::vertex::shading_axes;
 
+/// Columns and rows of the blocks whose rays are traced together.
+const BLOCK: usize = 8;
 /// Rows that are looked at in one piece of work.
 const BAND: usize = 16;
 /// The material of a pixel that shows nothing.

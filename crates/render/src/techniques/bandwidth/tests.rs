@@ -51,14 +51,14 @@ material = "lamp"
 transform = { scale = 0.4, rotate_degrees = [90, 0, 0], translate = [0, 2.2, 0.3] }
 "#;
 
-fn scene(text: &str) -> Scene {
+pub(super) fn scene(text: &str) -> Scene {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("scene.toml");
     std::fs::write(&path, text).unwrap();
     Scene::load(&path, &LoadOptions::default()).unwrap_or_else(|error| panic!("{error}"))
 }
 
-fn picture(scene: &Scene, settings: BandwidthSettings) -> (RgbImage, RenderReport) {
+pub(super) fn picture(scene: &Scene, settings: BandwidthSettings) -> (RgbImage, RenderReport) {
     let [width, height] = scene.image().size.map(|s| s as usize);
     let mut technique = BandwidthTechnique::new(settings);
     technique.prepare(scene, &Quiet).unwrap();
@@ -68,13 +68,13 @@ fn picture(scene: &Scene, settings: BandwidthSettings) -> (RgbImage, RenderRepor
     (film.image(), report)
 }
 
-fn truth(scene: &Scene) -> RgbImage {
+pub(super) fn truth(scene: &Scene) -> RgbImage {
     picture(scene, BandwidthSettings { mode: Mode::Reference, samples: 512, ..BandwidthSettings::default() })
         .0
 }
 
 /// Root mean square error of each 16 × 16 block, in display values of a picture of that exposure; the worst.
-fn worst_block(image: &RgbImage, truth: &RgbImage) -> f64 {
+pub(super) fn worst_block(image: &RgbImage, truth: &RgbImage) -> f64 {
     let shown = |v: f32| f64::from(halflight_image::srgb_encode(v.clamp(0.0, 1.0)));
     let mut worst = 0.0f64;
     for top in (0..image.height).step_by(16) {
@@ -248,6 +248,31 @@ fn strange_lights_and_materials_give_sound_pictures() {
             assert_eq!(report.non_finite, 0);
             assert!(image.pixels.iter().flatten().all(|v| v.is_finite() && *v >= 0.0));
         }
+    }
+}
+
+#[test]
+fn a_measured_material_that_returns_nothing_under_a_map_of_one_pixel_is_black() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut table = vec![0u8; 12 + 3 * 8 * 90 * 90 * 180];
+    for (i, size) in [90i32, 90, 180].into_iter().enumerate() {
+        table[4 * i..4 * i + 4].copy_from_slice(&size.to_le_bytes());
+    }
+    std::fs::write(folder.path().join("nothing.binary"), table).unwrap();
+    let sky = RgbImage::from_fn(1, 1, |_, _| [2.0, 1.0, 0.5]);
+    halflight_image::save_hdr(&folder.path().join("one.hdr"), &sky).unwrap();
+    let text = "[image]\nsize = [24, 16]\n[environment]\ntype = \"image\"\nfile = \"one.hdr\"\n\
+        [material.nothing]\ntype = \"measured\"\nfile = \"nothing.binary\"\n\
+        [[shape]]\ntype = \"sphere\"\nradius = 0.5\nmaterial = \"nothing\"\n";
+    let path = folder.path().join("scene.toml");
+    std::fs::write(&path, text).unwrap();
+    let scene = Scene::load(&path, &LoadOptions::default()).unwrap_or_else(|error| panic!("{error}"));
+    for mode in [Mode::Plain, Mode::Preconvolved] {
+        let (image, report) = picture(&scene, BandwidthSettings { mode, ..BandwidthSettings::default() });
+        assert_eq!(report.non_finite, 0);
+        let dark = image.pixels.iter().filter(|p| **p == [0.0; 3]).count();
+        let sky = image.pixels.iter().filter(|p| (p[0] - 2.0).abs() < 0.02).count();
+        assert!(dark > 10 && sky > 10 && dark + sky == 24 * 16, "{dark} {sky}");
     }
 }
 

@@ -243,9 +243,7 @@ impl<'a> Pilots<'a> {
 pub(super) fn bend(frame: &Frame, sent: &Ray, vertex: &Vertex) -> Option<[[Vec3; 2]; 2]> {
     /// The angle between the rays.
     const STEP: f32 = 2e-3;
-    let shiny = vertex.surface.instance != u32::MAX
-        && !matches!(vertex.material.kind, halflight_material::MaterialKind::Diffuse { .. })
-        && !matches!(vertex.material.kind, halflight_material::MaterialKind::Black);
+    let shiny = vertex.surface.instance != u32::MAX && !vertex.material.is_matt();
     if !shiny {
         return None;
     }

@@ -21,11 +21,12 @@ use glam::Vec3;
 use halflight_file::SaveError;
 use halflight_scene::Frame;
 
-use super::key::{self, Hasher, Key, VERSION};
+use super::key::{self, VERSION};
 use super::receivers::Receivers;
 use super::settings::PrtSettings;
 use super::transfer::{NO_MATRIX, Transfer};
 use super::tree::{Node, Tree};
+use crate::content::{Hasher, Key};
 
 const ASKED: &str = "transfer cache";
 /// A header takes less than a thousandth of this.

@@ -5,7 +5,6 @@
 //! are hashed by themselves, as the vertices are known only afterwards.
 
 use std::collections::HashMap;
-use std::fmt;
 use std::sync::Arc;
 
 use glam::Vec3;
@@ -16,65 +15,10 @@ use rayon::prelude::*;
 use super::receivers::Receivers;
 use super::settings::PrtSettings;
 use super::transfer::{Transfer, longest_edge};
+use crate::content::{Hasher, Key};
 
 /// The version of the algorithm and of the file: one more with every change of what a cache holds.
 pub(super) const VERSION: u32 = 1;
-
-/// The number.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Key([u64; 2]);
-
-impl fmt::Display for Key {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{:016x}{:016x}", self.0[0], self.0[1])
-    }
-}
-
-/// Two chains of multiplications and shifts, each after the finaliser of splitmix64 (Steele, Lea & Flood 2014): against
-/// accident, not against malice.
-pub(super) struct Hasher([u64; 2]);
-
-impl Default for Hasher {
-    fn default() -> Self {
-        Self([0x243f_6a88_85a3_08d3, 0x1319_8a2e_0370_7344])
-    }
-}
-
-fn mixed(mut x: u64) -> u64 {
-    x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    x ^ (x >> 31)
-}
-
-impl Hasher {
-    pub(super) fn add(&mut self, word: u64) {
-        let [a, b] = self.0;
-        self.0 = [mixed(a ^ word), mixed(b.rotate_left(23).wrapping_add(word))];
-    }
-
-    pub(super) fn bytes(&mut self, bytes: &[u8]) {
-        self.add(bytes.len() as u64);
-        for chunk in bytes.chunks(8) {
-            let mut word = [0; 8];
-            word[..chunk.len()].copy_from_slice(chunk);
-            self.add(u64::from_le_bytes(word));
-        }
-    }
-
-    fn floats(&mut self, floats: &[f32]) {
-        self.add(floats.len() as u64);
-        floats.iter().for_each(|x| self.add(u64::from(x.to_bits())));
-    }
-
-    fn vectors(&mut self, vectors: &[Vec3]) {
-        self.add(vectors.len() as u64);
-        vectors.iter().for_each(|v| self.floats(&v.to_array()));
-    }
-
-    pub(super) fn key(&self) -> Key {
-        Key(self.0)
-    }
-}
 
 impl Key {
     /// Of a frame with these settings.
@@ -90,7 +34,8 @@ impl Key {
         let mut known: HashMap<*const Geometry, Key> = HashMap::new();
         for (number, instance) in frame.world.instances().iter().enumerate() {
             let geometry = &instance.geometry;
-            let of_geometry = known.entry(Arc::as_ptr(geometry)).or_insert_with(|| geometry_key(geometry)).0;
+            let of_geometry =
+                known.entry(Arc::as_ptr(geometry)).or_insert_with(|| geometry_key(geometry)).words();
             of_geometry.into_iter().for_each(|word| hasher.add(word));
             hasher.floats(&instance.transform.open.to_cols_array());
             hasher.add(receivers.said(number));
@@ -145,5 +90,5 @@ pub(super) fn albedos(
         places.par_iter().map(|&(root, weights)| receivers.point(frame, root, weights).albedo).collect();
     let mut hasher = Hasher::default();
     hasher.vectors(&albedos);
-    hasher.key().0[0]
+    hasher.key().words()[0]
 }

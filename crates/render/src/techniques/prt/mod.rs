@@ -40,12 +40,12 @@ use halflight_trace::Instance;
 
 pub use settings::{PrtSettings, TransferKind};
 
+use crate::content::Key;
 use crate::film::Film;
 use crate::gbuffer::Room;
 use crate::looks::{Stages, add_looks};
 use crate::sh_light::{LightCache, SHARP_LIGHT, refuse_too_bright};
 use crate::technique::{Budget, Deadline, Progress, RenderReport, Technique, TechniqueError};
-use key::Key;
 use receivers::Receivers;
 use shade::{Light, Lit};
 use transfer::Transfer;

@@ -270,11 +270,7 @@ impl Receivers {
 
 /// Whether any material of an instance reflects in a lobe.
 fn is_glossy(frame: &Frame, instance: u32, geometry: &Geometry) -> bool {
-    materials(geometry).any(|slot| {
-        use halflight_material::MaterialKind as Kind;
-        let kind = &frame.material(instance, slot).kind;
-        !matches!(kind, Kind::Black | Kind::Diffuse { .. })
-    })
+    materials(geometry).any(|slot| !frame.material(instance, slot).is_matt())
 }
 
 /// Whether any material of an instance scatters from behind.

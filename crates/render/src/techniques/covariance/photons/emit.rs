@@ -88,6 +88,9 @@ pub(super) struct Sources<'a> {
 
 /// Whether a surface may reflect or refract a ray without spreading it.
 fn is_smooth(material: &Material) -> bool {
+    if let halflight_material::MaterialKind::Mix { parts, .. } = &material.kind {
+        return parts.iter().any(is_smooth);
+    }
     let bsdf = material.bsdf(&SurfaceInput::default());
     if matches!(material.kind, halflight_material::MaterialKind::Black) {
         return false;
