@@ -136,7 +136,7 @@ impl<'a> Order<'a> {
         // Who interrupts does not want to wait for smooth edges.
         let layer_rays = if facts.interrupted { INTERRUPTED_LAYER_RAYS } else { features::MAX_RAYS };
         features::add_layers(posed, film, self.budget.seed, &self.layers, layer_rays);
-        let mut picture = film.picture();
+        let mut picture = film.take_picture();
         if self.share.is_some() {
             picture = cut(picture, film.region());
         }

@@ -276,6 +276,16 @@ impl Film {
         picture
     }
 
+    /// As [`Self::picture`]; the layers are moved out of the film instead of copied.
+    pub fn take_picture(&mut self) -> Picture {
+        let layers = std::mem::take(&mut self.layers);
+        let mut picture = self.picture();
+        for (name, values) in layers {
+            picture.push(name, values);
+        }
+        picture
+    }
+
     fn pixels(&self) -> impl Iterator<Item = &Pixel> {
         self.tiles.iter().flat_map(|t| &t.pixels)
     }

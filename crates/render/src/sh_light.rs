@@ -7,8 +7,8 @@ use std::sync::{Arc, Mutex};
 
 use glam::{Mat3, Vec3};
 use halflight_scene::lights::{EnvironmentMap, Lights};
-use halflight_sh::Sh;
 use halflight_sh::project::{kept_energy, lat_long_direction, lat_long_solid_angle};
+use halflight_sh::{Sh, Simd};
 use rayon::prelude::*;
 
 use crate::technique::TechniqueError;
@@ -17,6 +17,11 @@ use crate::technique::TechniqueError;
 #[inline]
 pub(crate) fn axes(direction: Vec3) -> [f32; 3] {
     [direction.z, direction.x, direction.y]
+}
+
+/// The level of the harmonics for that of the rays.
+pub(crate) fn simd(level: halflight_trace::Simd) -> Simd {
+    Simd::from_name(level.name()).unwrap_or(Simd::Baseline)
 }
 
 /// Red, green and blue.

@@ -1,11 +1,13 @@
 use std::collections::HashSet;
 use std::io::Cursor;
 
-use exr::image::{
-    AnyChannel, AnyChannels, Blocks, Encoding, FlatSamples, Image, Layer, write::WritableImage,
-};
-use exr::meta::attribute::{AttributeValue, IntegerBounds, LineOrder, Text};
-use exr::meta::header::LayerAttributes;
+use exr::block::lines::LineRefMut;
+use exr::image::write::WritableImage;
+use exr::image::write::samples::{SamplesWriter, WritableSamples};
+use exr::image::{AnyChannel, AnyChannels, Blocks, Encoding, Image, Layer};
+use exr::math::RoundingMode;
+use exr::meta::attribute::{AttributeValue, IntegerBounds, LevelMode, LineOrder, SampleType, Text};
+use exr::meta::header::{Header, LayerAttributes};
 use exr::prelude::{Compression, Vec2};
 use half::f16;
 
@@ -24,9 +26,9 @@ const LONGEST_NAME: usize = 255;
 /// The first pixel of a part within a picture, and the size of that.
 pub(super) type Place = ([usize; 2], [usize; 2]);
 
-type FlatImage = Image<Layer<AnyChannels<FlatSamples>>>;
+type ExrImage<'a> = Image<Layer<AnyChannels<Values<'a>>>>;
 
-fn to_exr(picture: &Picture, precision: Precision) -> Result<FlatImage, String> {
+fn to_exr(picture: &Picture, precision: Precision) -> Result<ExrImage<'_>, String> {
     let Picture { width, height, channels, metadata } = picture;
     if channels.is_empty() || *width == 0 || *height == 0 {
         return Err(format!("nothing to write: {width} × {height} pixels of {} channels", channels.len()));
@@ -103,12 +105,52 @@ fn sort_attributes(bytes: &mut [u8]) {
     bytes[START..position].copy_from_slice(&attributes.concat());
 }
 
-fn samples(channel: &Channel, precision: Precision) -> FlatSamples {
+fn samples(channel: &Channel, precision: Precision) -> Values<'_> {
     let layer = channel.name.split('.').next().unwrap_or_default();
-    if precision == Precision::Float || FLOAT_LAYERS.contains(&layer) {
-        FlatSamples::F32(channel.values.clone())
-    } else {
-        FlatSamples::F16(channel.values.iter().map(|&value| to_half(value)).collect())
+    let half = precision == Precision::Half && !FLOAT_LAYERS.contains(&layer);
+    Values { values: &channel.values, half }
+}
+
+/// The values of a channel where they are: large pictures are not copied to be written.
+struct Values<'a> {
+    values: &'a [f32],
+    half: bool,
+}
+
+/// Values row by row.
+struct Rows<'a> {
+    values: &'a [f32],
+    half: bool,
+    width: usize,
+}
+
+impl<'a> WritableSamples<'a> for Values<'_> {
+    type Writer = Rows<'a>;
+
+    fn sample_type(&self) -> SampleType {
+        if self.half { SampleType::F16 } else { SampleType::F32 }
+    }
+
+    fn infer_level_modes(&self) -> (LevelMode, RoundingMode) {
+        (LevelMode::Singular, RoundingMode::Down)
+    }
+
+    fn create_samples_writer(&'a self, header: &Header) -> Rows<'a> {
+        Rows { values: self.values, half: self.half, width: header.layer_size.x() }
+    }
+}
+
+impl SamplesWriter for Rows<'_> {
+    fn extract_line(&self, line: LineRefMut<'_>) {
+        let start = line.location.position.y() * self.width + line.location.position.x();
+        let row = &self.values[start..start + line.location.sample_count];
+        let written = if self.half {
+            line.write_samples(|i| to_half(row[i]))
+        } else {
+            line.write_samples_from_slice(row)
+        };
+        // The crate has made room for just these bytes in memory.
+        written.expect("memory takes what it has room for");
     }
 }
 

@@ -15,6 +15,7 @@
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
+use super::gather::TOGETHER;
 use super::parts::Shares;
 use super::predict::{Buffer, COARSEST, FEWEST, Predicted};
 use super::pyramid::MinPyramid;
@@ -84,7 +85,7 @@ pub(super) fn shade(shader: &Shader, surfaces: &Surfaces, buffer: &Buffer) -> Sh
             .par_chunks_mut(columns)
             .enumerate()
             .map(|(j, row)| {
-                let mut room = shader.room();
+                let (mut room, mut wanted) = (shader.room(), Vec::new());
                 for (i, out) in row.iter_mut().enumerate() {
                     let place = [(i * size).min(width - 1), (j * size).min(height - 1)];
                     let index = place[1] * width + place[0];
@@ -106,17 +107,25 @@ pub(super) fn shade(shader: &Shader, surfaces: &Surfaces, buffer: &Buffer) -> Sh
                             continue;
                         }
                     }
-                    if !point.is_there() {
-                        continue;
+                    if point.is_there() {
+                        wanted.push(i);
+                    }
+                }
+                let place = |i: usize| [(i * size).min(width - 1), (j * size).min(height - 1)];
+                let at = |i: usize| place(i)[1] * width + place(i)[0];
+                for (number, &i) in wanted.iter().enumerate() {
+                    if number % TOGETHER == 0 {
+                        let next = wanted[number..].iter().take(TOGETHER);
+                        room.look_around(next.map(|&i| &surfaces.points[at(i)]));
                     }
                     // What speaks for many pixels may cost as much as they would. The level that is asked for decides, not
                     // that of the lattice: what is shaded beside it, on another lattice or along an edge, must not differ.
-                    let predicted = &buffer.pixels[index];
+                    let (point, predicted) = (&surfaces.points[at(i)], &buffer.pixels[at(i)]);
                     let fewest = ((FEWEST << (2 * predicted.level.max(0))) / 2).clamp(FEWEST, MOST_FOR_MANY);
                     let samples = predicted.samples.map(u32::from);
                     let samples = samples.map(|n| if n > 1 { n.max(fewest) } else { n });
-                    let shares = shader.shares(point, place.map(|p| p as u32), samples, &mut room);
-                    *out = Known { shares, samples: (samples[0] + samples[1]) as u16, shaded: true };
+                    let shares = shader.shares(point, place(i).map(|p| p as u32), samples, &mut room);
+                    row[i] = Known { shares, samples: (samples[0] + samples[1]) as u16, shaded: true };
                 }
                 room.count
             })

@@ -4,7 +4,7 @@
 //! predicted, from the light, the lobe of the material, curvature and distance. Pixels are then shaded from coarse to fine
 //! where the prediction asks for it, by as many samples as it asks for, and interpolated between. Nothing is prepared from
 //! geometry: it may change in every frame, as may light and normal maps. One bounce of the environment and of area lights;
-//! shadows only by rays and only if asked for.
+//! shadows only if asked for, by rays or by the spheres that stand for meshes.
 //!
 //! | file | what it does |
 //! |---|---|
@@ -53,6 +53,8 @@ pub use settings::{Antialias, BandwidthSettings, Mode, Preset, Visibility};
 use crate::film::Film;
 use crate::looks::{Stages, each_look};
 use crate::technique::{Budget, Deadline, Progress, RenderReport, Technique, TechniqueError};
+use crate::techniques::shexp::Openness;
+use gather::{Blocking, TOGETHER};
 use hierarchy::{Known, Shaded};
 use light::{FrameLight, LightCache};
 use lobes::{Lobe, LobeCache};
@@ -74,6 +76,8 @@ pub struct BandwidthTechnique {
     light: LightCache,
     /// The points of the last picture, whose memory serves the next.
     room: Mutex<Vec<SurfacePoint>>,
+    /// What stands for the scene's shapes as blockers, if it is asked for.
+    openness: Option<Openness>,
 }
 
 /// One look at a picture.
@@ -183,12 +187,13 @@ fn shade_all(shader: &Shader, surfaces: &Surfaces) -> Shaded {
         .enumerate()
         .map(|(y, row)| {
             let mut room = shader.room();
-            for (x, out) in row.iter_mut().enumerate() {
-                let point = surfaces.at(x, y);
-                if point.is_there() {
+            let there: Vec<usize> = (0..row.len()).filter(|&x| surfaces.at(x, y).is_there()).collect();
+            for group in there.chunks(TOGETHER) {
+                room.look_around(group.iter().map(|&x| surfaces.at(x, y)));
+                for &x in group {
                     let place = [x as u32, y as u32];
-                    let shares = shader.shares(point, place, [number, number], &mut room);
-                    *out = Known { shares, samples: number.min(u32::from(u16::MAX)) as u16, shaded: true };
+                    let shares = shader.shares(surfaces.at(x, y), place, [number, number], &mut room);
+                    row[x] = Known { shares, samples: number.min(u32::from(u16::MAX)) as u16, shaded: true };
                 }
             }
             room.count
@@ -199,7 +204,10 @@ fn shade_all(shader: &Shader, surfaces: &Surfaces) -> Shaded {
 
 impl Technique for BandwidthTechnique {
     fn prepare(&mut self, scene: &Scene, progress: &dyn Progress) -> Result<(), TechniqueError> {
-        let _ = progress;
+        self.openness = match self.settings.visibility {
+            Visibility::Spheres => Some(Openness::learn(scene, progress)?),
+            Visibility::Off | Visibility::Rays => None,
+        };
         let frame = scene
             .at(0.0)
             .map_err(|error| TechniqueError { technique: "bandwidth", reason: error.to_string() })?;
@@ -221,6 +229,12 @@ impl Technique for BandwidthTechnique {
             let convolved = self.settings.mode == Mode::Preconvolved;
             (self.lobes_of(frame), FrameLight::new(frame, &self.light, convolved))
         });
+        let openness = stages.time("blockers", || self.openness.as_ref().map(|known| known.of(frame)));
+        let blocking = match (&openness, self.settings.visibility) {
+            (Some(openness), _) => Blocking::Spheres(openness),
+            (None, Visibility::Rays) => Blocking::Rays,
+            (None, _) => Blocking::Nothing,
+        };
         let mut last = None;
         let work = (&mut report, stages);
         each_look(
@@ -231,9 +245,9 @@ impl Technique for BandwidthTechnique {
             work,
             |size, offset, sample, stages| {
                 let seed = budget.seed.wrapping_add(u64::from(sample) << 40);
-                let shader = Shader { frame, light: &light, lobes: &lobes, settings: &self.settings, seed };
-                let look = self.look(&shader, size, offset, stages);
-                let mut look = look;
+                let settings = &self.settings;
+                let shader = Shader { frame, light: &light, lobes: &lobes, settings, blocking, seed };
+                let mut look = self.look(&shader, size, offset, stages);
                 let picture = std::mem::take(&mut look.picture);
                 let rays = (size[0] * size[1]) as u64 + look.shaded.rays;
                 last = Some(look);
@@ -254,6 +268,7 @@ impl BandwidthTechnique {
         let shadows = match self.settings.visibility {
             Visibility::Off => "without shadows",
             Visibility::Rays => "with shadow rays",
+            Visibility::Spheres => "with shadows of spheres and height fields in four bands of harmonics",
         };
         let shaded = look.shaded.pixels.iter().filter(|p| p.shaded).count();
         let samples: u64 = look.shaded.pixels.iter().map(|p| u64::from(p.samples)).sum();
@@ -273,6 +288,7 @@ impl BandwidthTechnique {
             let share = 100.0 * look.finer as f64 / look.shaded.pixels.len() as f64;
             notes.push(format!("{share:.1} % of all pixels are antialiased"));
         }
+        notes.extend(self.openness.iter().flat_map(Openness::notes).cloned());
         notes
     }
 }

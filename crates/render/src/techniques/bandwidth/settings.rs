@@ -36,6 +36,9 @@ choices! {
         "off" => Off,
         /// A shadow ray for each sample.
         "rays" => Rays,
+        /// Spheres that stand for meshes, and height fields, in four bands of harmonics, as `shexp` has them: soft shadows
+        /// without rays.
+        "spheres" => Spheres,
     }
 }
 

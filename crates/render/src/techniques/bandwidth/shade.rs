@@ -5,25 +5,24 @@
 //! lobe as broad as the gap 1/(N p) between samples, but never of more than half of the variance of the material's own lobe:
 //! eq. (10) takes all of it, which blurs twice.
 //!
-//! Shadow rays, where they are asked for, are traced together; the same seam, a share of light by point and direction,
-//! is where another visibility would go.
+//! What stops light on its way is the affair of [`super::gather`].
 
 use std::f32::consts::PI;
 use std::sync::Arc;
 
-use glam::{Vec2, Vec3};
+use glam::{Mat3, Vec2, Vec3};
 use halflight_frequency::importance::point as sequence;
 use halflight_scene::Frame;
 use halflight_scene::lights::{Arrival, Environment, MANY, MapPoint};
 
 use super::convolved::LookUp;
-use super::gather::Gathered;
+use super::gather::{Blocking, Gathered};
 use super::light::FrameLight;
 use super::lobes::{Directions, Lobe};
 use super::parts::{Shares, joined};
 use super::predict::turned;
 use super::samples::{GROUP, HalfSamples, LANES, Reflect, elevations, run};
-use super::settings::{BandwidthSettings, Mode, Visibility};
+use super::settings::{BandwidthSettings, Mode};
 use super::surface::SurfacePoint;
 use crate::sampler::Sampler;
 
@@ -38,6 +37,7 @@ pub(super) struct Shader<'a> {
     pub(super) light: &'a FrameLight<'a>,
     pub(super) lobes: &'a [Arc<Lobe>],
     pub(super) settings: &'a BandwidthSettings,
+    pub(super) blocking: Blocking<'a>,
     /// Of this look.
     pub(super) seed: u64,
 }
@@ -45,7 +45,7 @@ pub(super) struct Shader<'a> {
 impl<'a> Shader<'a> {
     /// Room to gather light in, one for each thread.
     pub(super) fn room(&self) -> Gathered<'a> {
-        Gathered::new(self.frame, self.settings.visibility == Visibility::Rays)
+        Gathered::new(self.frame, self.blocking)
     }
 
     /// What a point sends to the eye by each part of its material, of so many samples of the environment and of local
@@ -62,6 +62,7 @@ impl<'a> Shader<'a> {
         if matches!(lobe.directions, Directions::None) {
             return shares;
         }
+        gathered.turn_to(point);
         if let Some(environment) = self.light.environment {
             shares = match (&lobe.directions, self.settings.mode) {
                 (_, Mode::Reference) => self.joined(point, environment, place, samples[0], gathered),
@@ -186,12 +187,11 @@ impl<'a> Shader<'a> {
                         if any_sharp {
                             self.look_sharply(environment, many, gathered);
                         }
-                        let to_world = self.light.to_map.transpose();
-                        gathered.hide(point, many, |direction| to_world * direction);
+                        gathered.hide(point, many, self.light.to_map.transpose());
                     }
                     None => {
                         self.look_up(environment, many, gathered);
-                        gathered.hide(point, many, |direction| direction);
+                        gathered.hide(point, many, Mat3::IDENTITY);
                     }
                 }
                 let found = gathered.weighted(simd, many, table.weights(start, many));

@@ -41,6 +41,8 @@ pub(super) struct SurfacePoint {
     /// −1 where the eye sees the back: the material's own frame has its normal on the other side.
     pub(super) side: f32,
     pub(super) instance: u32,
+    /// Of the instance's geometry.
+    pub(super) primitive: u32,
     /// Index in the frame's materials, or [`NOTHING`].
     pub(super) material: u32,
 }
@@ -60,6 +62,7 @@ impl SurfacePoint {
             position_error: 0.0,
             side: 1.0,
             instance: NOTHING,
+            primitive: 0,
             material: NOTHING,
         }
     }
@@ -201,6 +204,7 @@ fn point(frame: &Frame, ray: &Ray, hit: &Hit) -> SurfacePoint {
         position_error: surface.position_error,
         side,
         instance: surface.instance,
+        primitive: hit.primitive,
         material,
     }
 }

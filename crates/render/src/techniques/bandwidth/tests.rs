@@ -204,11 +204,38 @@ fn what_is_shaded_beside_an_edge_does_not_stand_out() {
 }
 
 #[test]
+fn shadows_of_spheres_are_those_of_rays_but_for_their_softness() {
+    let scene = scene(&format!("{THINGS}\n[environment]\ntype = \"constant\"\ncolor = 1\n"));
+    for mode in [Mode::Plain, Mode::Preconvolved, Mode::Reference] {
+        let shown = |visibility| {
+            let settings =
+                BandwidthSettings { mode, visibility, samples: 256, ..BandwidthSettings::default() };
+            picture(&scene, settings).0
+        };
+        let (off, rays) = (shown(Visibility::Off), shown(Visibility::Rays));
+        let spheres = shown(Visibility::Spheres);
+        let apart = |a: &RgbImage, b: &RgbImage| {
+            let sum: f32 = a.pixels.iter().zip(&b.pixels).map(|(a, b)| (a[1] - b[1]).abs()).sum();
+            sum / b.pixels.iter().map(|b| b[1]).sum::<f32>()
+        };
+        let (without, with) = (apart(&off, &rays), apart(&spheres, &rays));
+        eprintln!("{mode:?}: {without:.4} without shadows, {with:.4} with those of spheres");
+        assert!(with < 0.02 && with < 0.4 * without, "{mode:?}: {with} {without}");
+    }
+}
+
+#[test]
 fn the_picture_does_not_depend_on_the_number_of_threads() {
+    for visibility in [Visibility::Rays, Visibility::Spheres] {
+        is_the_same_on_any_number_of_threads(visibility);
+    }
+}
+
+fn is_the_same_on_any_number_of_threads(visibility: Visibility) {
     let scene = scene(&format!("{THINGS}{STUDIO}{LAMP}"));
     let settings = BandwidthSettings {
         preset: Preset::Draft,
-        visibility: Visibility::Rays,
+        visibility,
         antialias: Antialias::Four,
         ..BandwidthSettings::default()
     };
@@ -306,8 +333,8 @@ fn predicted_variance_covers_the_measured_one_nearly_everywhere() {
         let (mut sum, mut square) = (0.0f64, 0.0f64);
         let looks = 1024;
         for seed in 0..looks {
-            let shader =
-                Shader { frame: &frame, light: &light, lobes: &lobes, settings: &technique.settings, seed };
+            let (settings, blocking) = (&technique.settings, Blocking::Nothing);
+            let shader = Shader { frame: &frame, light: &light, lobes: &lobes, settings, blocking, seed };
             let mut room = shader.room();
             let radiance = shader.radiance(point, [i as u32, 7], [1, 0], &mut room);
             let l = f64::from(halflight_scene::lights::luminance(radiance));

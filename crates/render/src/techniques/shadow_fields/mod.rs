@@ -30,7 +30,6 @@ mod shells;
 mod tests;
 
 use halflight_scene::{Frame, Scene};
-use halflight_sh::Simd;
 
 pub use accuracy::{FieldAccuracy, field_accuracy};
 pub use settings::ShadowFieldsSettings;
@@ -38,7 +37,7 @@ pub use settings::ShadowFieldsSettings;
 use crate::film::Film;
 use crate::gbuffer::Room;
 use crate::looks::{Stages, add_looks};
-use crate::sh_light::{FrameLight, LightCache, SHARP_LIGHT, refuse_too_bright};
+use crate::sh_light::{FrameLight, LightCache, SHARP_LIGHT, refuse_too_bright, simd};
 use crate::technique::{Budget, Deadline, Progress, RenderReport, Technique, TechniqueError};
 use entity::Cast;
 use flat::FlatTable;
@@ -147,7 +146,7 @@ impl<const ORDER: usize> Prepared<ORDER> {
             ));
         }
         let shader = Shader {
-            simd: Simd::from_name(frame.world.simd().name()).unwrap_or(Simd::Baseline),
+            simd: simd(frame.world.simd()),
             stage: &stage,
             flats: &self.flats,
             environment: light.as_ref().map(|light| &light.radiance),

@@ -7,7 +7,7 @@ use halflight_scene::{Frame, Scene};
 use halflight_sh::attenuation::Cap;
 use halflight_sh::batch::SphereBlocker;
 use halflight_shape::{SphereFitOptions, SphereSet, SphereTree};
-use halflight_trace::{Geometry, Hit};
+use halflight_trace::Geometry;
 use rayon::prelude::*;
 
 use crate::sh_light::axes;
@@ -252,11 +252,11 @@ impl Blockers {
         self.bodies.len() + self.groups.iter().map(|group| group.spheres.len()).sum::<usize>()
     }
 
-    /// The body that a hit belongs to; negative for none.
+    /// The body that a primitive of an instance belongs to; negative for none.
     #[inline]
-    pub(super) fn owner(&self, hit: &Hit) -> f32 {
-        let (owner, by_primitive) = self.owners[hit.instance as usize];
-        if by_primitive { owner + hit.primitive as f32 } else { owner }
+    pub(super) fn owner(&self, instance: u32, primitive: u32) -> f32 {
+        let (owner, by_primitive) = self.owners[instance as usize];
+        if by_primitive { owner + primitive as f32 } else { owner }
     }
 }
 

@@ -12,12 +12,14 @@
 //! | `solve` | light with visibility at points |
 //! | `refine`, `between` | which points, from coarse to fine, and the pixels between them |
 //! | `shade` | from light to radiance |
+//! | `openness` | the same visibility for techniques that shade by samples |
 //!
 //! Sources: Ren et al. 2006 and seed \[004\]; height fields: seed \[000\], Snyder & Nowrouzezahrai 2008.
 
 mod between;
 mod blockers;
 mod horizon;
+mod openness;
 mod plate;
 mod refine;
 mod settings;
@@ -28,19 +30,21 @@ mod wedge;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use halflight_scene::{Frame, Scene};
-use halflight_sh::{BlockerTable, ClosedForm, Simd};
+use halflight_sh::{BlockerTable, ClosedForm};
 use halflight_trace::{Geometry, Instance};
 
+pub(crate) use openness::{FrameOpenness, ORDER as OPENNESS_ORDER, Openness, OpennessRoom};
 pub use settings::{BlockerLog, Composition, ExponentialKind, GlossyForm, ShexpSettings};
 
 use crate::film::{Film, Region};
 use crate::gbuffer::Room;
 use crate::looks::{Stages, add_looks};
-use crate::sh_light::{FrameLight, LightCache, SHARP_LIGHT, refuse_too_bright};
+use crate::sh_light::{FrameLight, LightCache, SHARP_LIGHT, refuse_too_bright, simd};
 use crate::technique::{Budget, Deadline, Progress, RenderReport, Technique, TechniqueError};
 use blockers::{BODY_EPSILON, Bodies};
 use horizon::FieldVisibility;
 use plate::Plate;
+pub(crate) use solve::Receiver;
 use solve::{Solver, Tables};
 use wedge::WedgeTable;
 
@@ -93,10 +97,7 @@ impl Shexp {
 
 impl Technique for Shexp {
     fn prepare(&mut self, scene: &Scene, progress: &dyn Progress) -> Result<(), TechniqueError> {
-        self.bodies = Bodies::fit(scene, self.settings.spheres as usize, progress);
-        let frame =
-            scene.at(0.0).map_err(|error| TechniqueError { technique: NAME, reason: error.to_string() })?;
-        self.bodies.look_at(&frame);
+        self.bodies = learn(scene, &self.settings, progress)?;
         Ok(())
     }
 
@@ -204,6 +205,15 @@ impl Shexp {
     }
 }
 
+/// The spheres that stand for the meshes of a scene, and how those that are there overlap.
+fn learn(scene: &Scene, settings: &ShexpSettings, progress: &dyn Progress) -> Result<Bodies, TechniqueError> {
+    let mut bodies = Bodies::fit(scene, settings.spheres as usize, progress);
+    let frame =
+        scene.at(0.0).map_err(|error| TechniqueError { technique: NAME, reason: error.to_string() })?;
+    bodies.look_at(&frame);
+    Ok(bodies)
+}
+
 /// The height fields of a frame, ready to be marched.
 fn fields(frame: &Frame) -> Vec<FieldVisibility> {
     let field = |instance: &Instance| match instance.geometry.as_ref() {
@@ -227,9 +237,4 @@ fn plates(frame: &Frame) -> Vec<Plate> {
         .take(MOST_PLATES)
         .filter_map(|(i, instance)| Plate::new(*i, &instance.transform.open))
         .collect()
-}
-
-/// The level of the harmonics for that of the rays.
-fn simd(level: halflight_trace::Simd) -> Simd {
-    Simd::from_name(level.name()).unwrap_or(Simd::Baseline)
 }

@@ -313,7 +313,7 @@ fn receiver<const ORDER: usize>(solver: &Solver<ORDER>, point: &VisiblePoint) ->
     Receiver {
         position: point.position,
         normal: point.geometric_normal,
-        owner: solver.blockers.owner(&point.hit),
+        owner: solver.blockers.owner(point.hit.instance, point.hit.primitive),
         instance: point.hit.instance,
     }
 }

@@ -17,13 +17,13 @@ use crate::sh_light::{Colors, axes};
 
 /// A point to be lit.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Receiver {
-    pub(super) position: Vec3,
+pub(crate) struct Receiver {
+    pub(crate) position: Vec3,
     /// Unit normal of the geometry, on the side that is lit.
-    pub(super) normal: Vec3,
-    pub(super) owner: f32,
+    pub(crate) normal: Vec3,
+    pub(crate) owner: f32,
     /// The instance that it lies on.
-    pub(super) instance: u32,
+    pub(crate) instance: u32,
 }
 
 /// Tables for an order, made once.
@@ -92,18 +92,9 @@ fn spread<const ORDER: usize>(from: impl Iterator<Item = Sh<ORDER>>, to: &mut [S
 }
 
 impl<const ORDER: usize> Solver<'_, ORDER> {
-    /// L·V at each of a group of neighbouring points, and the two apart where `logs` has places for them; `out` has a place
-    /// for each point.
-    pub(super) fn solve(
-        &self,
-        receivers: &[Receiver],
-        scratch: &mut Scratch<ORDER>,
-        out: &mut [Colors<ORDER>],
-        apart: Option<&mut [LogLight<ORDER>]>,
-    ) {
-        if receivers.is_empty() {
-            return;
-        }
+    /// Leaves in `scratch` the logarithms of what spheres leave visible, and what all blockers leave visible; what fields
+    /// and plates leave visible as well, if it is asked for.
+    fn see(&self, receivers: &[Receiver], scratch: &mut Scratch<ORDER>, fields_apart: bool) {
         let blocks = receivers.len().div_ceil(WIDTH);
         self.pack(receivers, scratch);
         self.choose_spheres(receivers, scratch);
@@ -125,7 +116,7 @@ impl<const ORDER: usize> Solver<'_, ORDER> {
         }
         batch::exponential(self.simd, self.exponential, logs, visible);
         open.clear();
-        if apart.is_some() {
+        if fields_apart {
             open.resize(blocks, Sh::<ORDER>::one().map(Lanes::splat));
         }
         let multiply = |by: &[Sh<ORDER, Lanes>],
@@ -155,6 +146,38 @@ impl<const ORDER: usize> Solver<'_, ORDER> {
                 multiply(other, open, next);
             }
         }
+    }
+
+    /// What is visible from each of a group of neighbouring points; `out` has a place for each.
+    pub(super) fn visible(
+        &self,
+        receivers: &[Receiver],
+        scratch: &mut Scratch<ORDER>,
+        out: &mut [Sh<ORDER>],
+    ) {
+        if receivers.is_empty() {
+            return;
+        }
+        self.see(receivers, scratch, false);
+        for (i, out) in out.iter_mut().enumerate() {
+            *out = batch::lane(&scratch.visible[i / WIDTH], i % WIDTH);
+        }
+    }
+
+    /// L·V at each of a group of neighbouring points, and the two apart where `apart` has places for them; `out` has a place
+    /// for each point.
+    pub(super) fn solve(
+        &self,
+        receivers: &[Receiver],
+        scratch: &mut Scratch<ORDER>,
+        out: &mut [Colors<ORDER>],
+        apart: Option<&mut [LogLight<ORDER>]>,
+    ) {
+        if receivers.is_empty() {
+            return;
+        }
+        self.see(receivers, scratch, apart.is_some());
+        let Scratch { logs, visible, other, next, open, .. } = scratch;
         for (color, light) in self.light.iter().enumerate() {
             other.fill(light.map(Lanes::splat));
             batch::product(self.simd, visible, other, next);
