@@ -20,7 +20,8 @@ impl MeasuredBrdf {
     /// # Errors
     /// What [`halflight_file::read`] and [`MeasuredBrdf::decode`] say.
     pub fn load(path: &Path, lookup: Lookup) -> Result<Self, LoadError> {
-        Self::decode(&halflight_file::read(path, ASKED)?, path, lookup)
+        let brdf = Self::decode(&halflight_file::read(path, ASKED)?, path, lookup)?;
+        Ok(Self { file: Some(path.to_path_buf()), ..brdf })
     }
 
     /// The same from the unpacked bytes of a file; `name` is for errors and for [`MeasuredBrdf::name`].

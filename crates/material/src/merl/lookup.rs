@@ -47,6 +47,10 @@ impl Table {
         Self { cells, lookup }
     }
 
+    pub(crate) fn values(&self) -> &[[f32; 3]] {
+        &self.cells
+    }
+
     pub(crate) fn lookup(&self) -> Lookup {
         self.lookup
     }

@@ -24,6 +24,8 @@ mod lookup;
 mod sampling;
 mod write;
 
+use std::path::{Path, PathBuf};
+
 use glam::{Vec2, Vec3};
 
 pub use info::{AlbedoAt, MeasuredInfo};
@@ -39,6 +41,7 @@ use sampling::{LobeTable, View};
 #[derive(Debug)]
 pub struct MeasuredBrdf {
     name: String,
+    file: Option<PathBuf>,
     table: Table,
     lobes: LobeTable,
     invalid_cells: usize,
@@ -47,12 +50,22 @@ pub struct MeasuredBrdf {
 impl MeasuredBrdf {
     fn build(name: String, table: Table, invalid_cells: usize) -> Self {
         let lobes = LobeTable::build(&table);
-        Self { name, table, lobes, invalid_cells }
+        Self { name, file: None, table, lobes, invalid_cells }
     }
 
     /// The name of the file without its folder.
     pub fn name(&self) -> &str {
         &self.name
+    }
+
+    /// The file it was loaded from, if it was.
+    pub fn file(&self) -> Option<&Path> {
+        self.file.as_deref()
+    }
+
+    /// What the table holds, cell by cell: all that the reflectance depends on, beside the look-up.
+    pub fn values(&self) -> &[[f32; 3]] {
+        self.table.values()
     }
 
     /// Which look-up it was loaded for.

@@ -21,6 +21,7 @@ use halflight_material::{Bsdf, Material, MaterialKind, SurfaceInput};
 use halflight_scene::lights::luminance;
 use rayon::prelude::*;
 
+use super::kept::KeptTables;
 use super::paint::{Paint, colours, numbers, without_paint};
 use super::parts::{Parts, Split};
 use super::samples::{ELEVATIONS, HalfSamples, MOST_SAMPLES, elevation, table_view};
@@ -42,7 +43,7 @@ pub(super) struct Probe {
 /// Where shading gets its directions from.
 pub(super) enum Directions {
     /// From tables: isotropic lobes.
-    Table(HalfSamples),
+    Table(Arc<HalfSamples>),
     /// From the material itself.
     Own,
     /// There is one: an ideal mirror.
@@ -69,7 +70,7 @@ pub(super) struct Lobe {
 
 impl Lobe {
     /// Analyses a material; `count` is n_b.
-    pub(super) fn new(material: &Material, count: usize) -> Self {
+    pub(super) fn new(material: &Material, count: usize, kept: &KeptTables) -> Self {
         let (plain, varies) = without_paint(material);
         let input = SurfaceInput::default();
         let bsdf = plain.bsdf(&input);
@@ -92,7 +93,11 @@ impl Lobe {
         }
         // What places are judged by.
         let judged = parts.mixed().map_or_else(|| vec![&plain], |pair| pair.iter().collect());
-        let bandwidths: Vec<_> = judged.iter().map(|m| reflectance_bandwidth(m, &m.bsdf(&input))).collect();
+        let bandwidth_of = |material: &&Material| match kept.of(material) {
+            Some(tables) => tables.bandwidth.clone(),
+            None => reflectance_bandwidth(material, &material.bsdf(&input)),
+        };
+        let bandwidths: Vec<_> = judged.iter().map(bandwidth_of).collect();
         let bandwidth = bandwidths[1..].iter().fold(bandwidths[0].clone(), |all, one| all.larger(one));
         let directions = if is_black {
             Directions::None
@@ -100,9 +105,12 @@ impl Lobe {
             Directions::Single
         } else if is_own {
             Directions::Own
+        } else if let ([alone], Some(tables)) = (judged.as_slice(), kept.of(&plain)) {
+            debug_assert!(std::ptr::eq(*alone, &plain));
+            Directions::Table(Arc::clone(&tables.samples))
         } else {
             let bsdfs: Vec<Bsdf> = judged.iter().map(|m| m.bsdf(&input)).collect();
-            Directions::Table(HalfSamples::new(density(&bsdfs), &parts, &bandwidth))
+            Directions::Table(Arc::new(HalfSamples::new(density(&bsdfs), &parts, &bandwidth)))
         };
         let probes = (judged.iter().zip(&bandwidths))
             .flat_map(|(material, bandwidth)| {
@@ -146,7 +154,7 @@ impl Lobe {
 
 /// What importance samples follow: the lobe, or of several each in proportion to what it reflects, so that a dark part of a
 /// mix is sampled as well as a bright one.
-fn density(bsdfs: &[Bsdf]) -> impl Fn(Vec3, Vec3) -> f32 + Sync {
+pub(super) fn density(bsdfs: &[Bsdf]) -> impl Fn(Vec3, Vec3) -> f32 + Sync {
     /// Directions by which the albedo is found: to a few per cent.
     const COUNT: u32 = 256;
     let scale = |bsdf: &Bsdf, view: Vec3| {
@@ -206,7 +214,7 @@ fn probe(
 }
 
 /// ρ of a material without pictures.
-fn reflectance_bandwidth(material: &Material, bsdf: &Bsdf) -> ReflectanceBandwidth {
+pub(super) fn reflectance_bandwidth(material: &Material, bsdf: &Bsdf) -> ReflectanceBandwidth {
     if bsdf.is_delta_only() {
         return ReflectanceBandwidth::constant(UNLIMITED);
     }
@@ -220,9 +228,14 @@ fn reflectance_bandwidth(material: &Material, bsdf: &Bsdf) -> ReflectanceBandwid
         }
     }
 }
+
 /// Materials that were analysed, so that frames share them.
 #[derive(Default)]
-pub(super) struct LobeCache(Mutex<Vec<(Arc<Material>, Arc<Lobe>)>>);
+pub(super) struct LobeCache {
+    lobes: Mutex<Vec<(Arc<Material>, Arc<Lobe>)>>,
+    /// What became of the tables that are kept in files.
+    pub(super) notes: Mutex<Vec<String>>,
+}
 
 impl LobeCache {
     /// The analyses of these materials, new ones made where needed; those of other materials are dropped.
@@ -231,22 +244,31 @@ impl LobeCache {
         materials: &[Arc<Material>],
         is_used: &(dyn Fn(usize) -> bool + Sync),
         count: usize,
+        in_files: bool,
     ) -> Vec<Arc<Lobe>> {
         // Not under the lock: threads that wait for their own work may take up that of another picture.
-        let known = self.0.lock().unwrap_or_else(PoisonError::into_inner).clone();
-        let black = Arc::new(Lobe::new(&Material::new("", MaterialKind::Black), count));
+        let known = self.lobes.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        let black = Material::new("", MaterialKind::Black);
+        let black = Arc::new(Lobe::new(&black, count, &KeptTables::default()));
+        let is_new = |material: &Arc<Material>| !known.iter().any(|(other, _)| Arc::ptr_eq(other, material));
+        let new =
+            materials.iter().enumerate().filter(|(index, material)| is_used(*index) && is_new(material));
+        let (kept, notes) = KeptTables::new(new.map(|(_, material)| material.as_ref()), in_files);
+        if !notes.is_empty() {
+            *self.notes.lock().unwrap_or_else(PoisonError::into_inner) = notes;
+        }
         let lobes: Vec<Arc<Lobe>> = materials
             .par_iter()
             .enumerate()
             .map(|(index, material)| match known.iter().find(|(other, _)| Arc::ptr_eq(other, material)) {
                 Some((_, lobe)) => Arc::clone(lobe),
-                None if is_used(index) => Arc::new(Lobe::new(material, count)),
+                None if is_used(index) => Arc::new(Lobe::new(material, count, &kept)),
                 None => Arc::clone(&black),
             })
             .collect();
         let made = materials.iter().zip(&lobes).filter(|(_, lobe)| !Arc::ptr_eq(lobe, &black));
         let made = made.map(|(material, lobe)| (Arc::clone(material), Arc::clone(lobe))).collect();
-        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = made;
+        *self.lobes.lock().unwrap_or_else(PoisonError::into_inner) = made;
         lobes
     }
 }

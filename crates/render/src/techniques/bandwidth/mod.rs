@@ -11,6 +11,7 @@
 //! | `surface`, `curvature` | what each pixel shows |
 //! | `light`, `octahedral`, `convolved` | the light of a frame |
 //! | `lobes`, `samples`, `parts`, `paint` | materials: bandwidth, importance samples, what pictures paint on them |
+//! | `kept` | tables of measured materials in files |
 //! | `predict`, `pyramid` | the bandwidth buffer |
 //! | `hierarchy` | which pixels are shaded |
 //! | `shade`, `gather` | the light of one |
@@ -25,6 +26,7 @@ mod curvature;
 mod explain;
 mod gather;
 mod hierarchy;
+mod kept;
 mod light;
 mod lobes;
 #[cfg(test)]
@@ -113,7 +115,8 @@ impl BandwidthTechnique {
                 }
             }
         }
-        self.lobes.lobes(&frame.materials, &|index| used[index], self.settings.directions as usize)
+        let count = self.settings.directions as usize;
+        self.lobes.lobes(&frame.materials, &|index| used[index], count, self.settings.cache)
     }
 
     /// One picture through the point `offset` of its pixels.
@@ -289,6 +292,7 @@ impl BandwidthTechnique {
             notes.push(format!("{share:.1} % of all pixels are antialiased"));
         }
         notes.extend(self.openness.iter().flat_map(Openness::notes).cloned());
+        notes.extend(self.lobes.notes.lock().unwrap_or_else(PoisonError::into_inner).iter().cloned());
         notes
     }
 }

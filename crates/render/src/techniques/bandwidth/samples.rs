@@ -158,6 +158,51 @@ impl HalfSamples {
         all
     }
 
+    /// All numbers, of a single part: x, y, z, density and exponent of the samples, then the weights, then the albedos.
+    pub(super) fn numbers(&self) -> Vec<f32> {
+        let number = ELEVATIONS * MOST_SAMPLES;
+        let lists = [&self.x, &self.y, &self.z, &self.density, &self.exponent];
+        let mut numbers = Vec::with_capacity(Self::NUMBERS);
+        lists.iter().for_each(|list| numbers.extend(&list[..number]));
+        numbers.extend(self.weights[0].iter().flatten());
+        numbers.extend(self.albedo.iter().flat_map(|shares| shares[0].to_array()));
+        numbers
+    }
+
+    /// How many numbers there are.
+    pub(super) const NUMBERS: usize = ELEVATIONS * (9 * MOST_SAMPLES + 3);
+
+    /// Samples of these numbers; `None` if there are more or fewer, or one of them cannot be.
+    pub(super) fn from_numbers(numbers: &[f32]) -> Option<Self> {
+        if numbers.len() != Self::NUMBERS || !numbers.iter().all(|x| x.is_finite()) {
+            return None;
+        }
+        let number = ELEVATIONS * MOST_SAMPLES;
+        let list = |i: usize| {
+            let mut list = Vec::with_capacity(number + LANES);
+            list.extend_from_slice(&numbers[i * number..(i + 1) * number]);
+            list.resize(number + LANES, 1.0);
+            list
+        };
+        let (weights, albedo) = numbers[5 * number..].split_at(4 * number);
+        let albedo = albedo.chunks_exact(3).map(|a| [Vec3::from_slice(a), Vec3::ZERO]).collect();
+        let weights: Vec<[f32; 4]> = weights.chunks_exact(4).map(|w| [w[0], w[1], w[2], w[3]]).collect();
+        let samples = Self {
+            x: list(0),
+            y: list(1),
+            z: list(2),
+            density: list(3),
+            exponent: list(4),
+            weights: [weights, Vec::new()],
+            albedo,
+        };
+        let is_sound = |i: usize| {
+            let (half, density) = samples.half(i);
+            (half.length_squared() - 1.0).abs() < 1e-3 && density > 0.0 && samples.exponent[i] >= 0.0
+        };
+        (0..number).all(is_sound).then_some(samples)
+    }
+
     /// Half vector and density times its cosine of sample `i`.
     pub(super) fn half(&self, i: usize) -> (Vec3, f32) {
         (Vec3::new(self.x[i], self.y[i], self.z[i]), self.density[i])

@@ -76,6 +76,9 @@ record! {
         /// Points for pixels at edges and where the picture varies within a pixel.
         #[example = "\"4x\""]
         antialias: Antialias = Antialias::One,
+        /// Whether the tables of a measured material are kept from run to run, in a file beside that of the material.
+        #[example = "false"]
+        cache: bool = true,
         /// Samples of every pixel in the modes `forward` and `reference`.
         #[example = "256"]
         samples: u32 = 64 => within(1.0, 1048576.0),
@@ -93,6 +96,7 @@ impl Default for BandwidthSettings {
             directions: 16,
             visibility: Visibility::Off,
             antialias: Antialias::One,
+            cache: true,
             samples: 64,
         }
     }
