@@ -221,3 +221,23 @@ fn the_density_of_hitting_an_emitter_includes_its_choice() {
         }
     }
 }
+
+#[test]
+fn places_change_with_texture_coordinates_as_their_derivatives_say() {
+    for (shape_name, shape) in shapes() {
+        for (pose_name, pose) in poses() {
+            let emitter = emitter(shape.clone(), pose, false);
+            let at = |u: Vec2| emitter.sample_surface(u, 0.0).expect("a point of it");
+            let (here, there) = (at(Vec2::new(0.31, 0.42)), at(Vec2::new(0.3102, 0.4203)));
+            let [across, down] = emitter.derivatives(0.5 * (here.uv + there.uv)).expect("derivatives");
+            let step = there.uv - here.uv;
+            let (told, found) = (step.x * across + step.y * down, there.point - here.point);
+            assert!(
+                told.distance(found) < 0.01 * found.length(),
+                "{shape_name}, {pose_name}: {told} {found}"
+            );
+        }
+    }
+    let folded = EmitterShape::Triangle { corners: [[Vec3::X, Vec3::Y, Vec3::Z]; 2], uvs: [Vec2::ONE; 3] };
+    assert!(emitter(folded, Affine3A::IDENTITY, false).derivatives(Vec2::ONE).is_none());
+}

@@ -96,6 +96,32 @@ impl Emitter {
         self.pose[0].transform_point3(local)
     }
 
+    /// How the place of a point changes with its texture coordinates when the shutter opens: metres per unit of u and of v. Of
+    /// a triangle whose coordinates do not tell, none.
+    pub fn derivatives(&self, uv: Vec2) -> Option<[Vec3; 2]> {
+        let pose = self.pose[0];
+        let [u, v] = match &self.shape {
+            EmitterShape::Triangle { corners, uvs } => {
+                let [a, b, c] = corners[0];
+                let (one, other) = (uvs[1] - uvs[0], uvs[2] - uvs[0]);
+                let scale = 1.0 / one.perp_dot(other);
+                if !scale.is_finite() {
+                    return None;
+                }
+                [scale * (other.y * (b - a) - one.y * (c - a)), scale * (one.x * (c - a) - other.x * (b - a))]
+            }
+            EmitterShape::Rectangle | EmitterShape::Disk => [2.0 * Vec3::X, -2.0 * Vec3::Y],
+            EmitterShape::Sphere { radius, .. } => {
+                use std::f32::consts::{PI, TAU};
+                let ((sin, cos), (sin_v, cos_v)) = ((TAU * (uv.x - 0.5)).sin_cos(), (PI * uv.y).sin_cos());
+                let around = Vec3::new(sin_v * cos, 0.0, -sin_v * sin);
+                let down = Vec3::new(cos_v * sin, -sin_v, cos_v * cos);
+                [radius * TAU * around, radius * PI * down]
+            }
+        };
+        Some([u, v].map(|local| pose.transform_vector3(local)))
+    }
+
     /// Area in square metres when the shutter opens (of an ellipsoid, its mean over the three axes).
     pub fn area(&self) -> f32 {
         let pose = self.pose[0];

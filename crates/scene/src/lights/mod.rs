@@ -202,16 +202,25 @@ impl Lights {
     }
 
     /// Light for the point `from`; `None` where the chosen light cannot reach it.
+    #[inline]
     pub fn sample(&self, from: Vec3, u_choice: f32, u: Vec2, time: f32) -> Option<LightSample> {
+        self.sample_on(from, u_choice, u, time).map(|(sample, _)| sample)
+    }
+
+    /// [`Self::sample`], and of a shining surface which one it is, and the texture coordinates there.
+    #[inline]
+    pub fn sample_on(
+        &self,
+        from: Vec3,
+        u_choice: f32,
+        u: Vec2,
+        time: f32,
+    ) -> Option<(LightSample, Option<(u32, Vec2)>)> {
         if u_choice < self.environment_probability {
             let (direction, point, pdf) = self.environment.as_ref()?.sample(u);
             let pdf = pdf * self.environment_probability;
-            return (pdf > 0.0).then_some(LightSample {
-                direction,
-                arrival: Arrival::Environment(point),
-                pdf,
-                delta: false,
-            });
+            let sample = LightSample { direction, arrival: Arrival::Environment(point), pdf, delta: false };
+            return (pdf > 0.0).then_some((sample, None));
         }
         let rest = (u_choice - self.environment_probability) / (1.0 - self.environment_probability);
         let (index, chosen) = self.choose_local(rest, from)?;
@@ -223,9 +232,10 @@ impl Lights {
             let radiance = emitter.radiance(sample.uv, sample.normal, -direction);
             let pdf = sample.pdf * chosen;
             let arrival = Arrival::From { point: Some(sample.point), radiance };
-            return Some(LightSample { direction, arrival, pdf, delta: false });
+            let place = (index as u32, sample.uv);
+            return Some((LightSample { direction, arrival, pdf, delta: false }, Some(place)));
         }
-        match self.deltas[index - self.emitters.len()] {
+        let sample = match self.deltas[index - self.emitters.len()] {
             DeltaLight::Point { position, intensity } => {
                 from_point(position, from, time, chosen, |_| intensity)
             }
@@ -241,7 +251,8 @@ impl Lights {
                 pdf: chosen,
                 delta: true,
             }),
-        }
+        };
+        sample.map(|sample| (sample, None))
     }
 
     /// A local light and the probability of its choice from `from`.

@@ -5,6 +5,7 @@ use std::fmt::Write;
 use glam::Vec2;
 use halflight_frequency::bandwidth::{Bandwidth, Chain, UNLIMITED, pixel};
 use halflight_scene::Frame;
+use halflight_scene::lights::{Emitter, EmitterShape};
 
 use super::BandwidthTechnique;
 use super::curvature::{self, Bend};
@@ -128,16 +129,24 @@ fn chain(text: &mut String, judge: &Judge, point: &SurfacePoint, bend: &Bend) {
         let _ = write!(text, "{chain}");
     }
     if judge.light.has_local() {
-        let to = judge.light.local.emitters().first().map(|e| e.center() - point.position);
-        if let Some(to) = to {
+        let emitters = judge.light.local.emitters();
+        if let Some(to) = emitters.first().map(|e| e.center() - point.position) {
             let direction = to.normalize_or(point.normal);
             let rho = lobe.bandwidth.at(glam::Vec3::new(0.0, 0.0, point.normal.dot(direction)), point.view());
             let _ = writeln!(text, "\nthe middle of the first local light:");
-            let chain = Chain::new(Bandwidth::local(judge.local_bandwidth))
+            let chain = Chain::new(Bandwidth::local(judge.light.lamps.at(emitters, 0, middle(&emitters[0]))))
                 .travel(to.length())
                 .reflect(point.normal.dot(direction).abs(), bend.curvature[0], 0.0, rho, point.cos_exit())
                 .travel(point.distance);
             let _ = write!(text, "{chain}");
         }
+    }
+}
+
+/// The texture coordinates in the middle of a shining surface.
+fn middle(emitter: &Emitter) -> Vec2 {
+    match &emitter.shape {
+        EmitterShape::Triangle { uvs: [a, b, c], .. } => (a + b + c) / 3.0,
+        _ => Vec2::splat(0.5),
     }
 }

@@ -3,7 +3,7 @@
 //! From the environment's map, whenever it changes: a pyramid of directions, each with the mean of L, the mean of L² and
 //! the bandwidth weighted by L within the texel, by which a few directions tell what many would meet, a sun included;
 //! and for pre-convolved shading its convolutions. All are kept in the space of the map, so that turning it costs nothing.
-//! Shining surfaces and lamps are sampled as they are.
+//! Shining surfaces and lamps are sampled as they are; how finely they shine is in `lamps`.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -16,6 +16,7 @@ use halflight_scene::Frame;
 use halflight_scene::lights::{Environment, EnvironmentMap, Lights, luminance};
 
 use super::convolved::{self, Convolved};
+use super::lamps::{LampPictures, Lamps};
 use super::octahedral::Octahedral;
 
 /// Texels along the finest level of the pyramid: 1.6° each.
@@ -40,14 +41,17 @@ pub(super) struct MapTables {
     convolved: Option<Convolved>,
 }
 
-/// Tables of the last map that was asked for.
+/// Tables of the last map that was asked for, and of the pictures on lamps.
 #[derive(Default)]
-pub(super) struct LightCache(Mutex<Option<Arc<MapTables>>>);
+pub(super) struct LightCache {
+    map: Mutex<Option<Arc<MapTables>>>,
+    lamps: LampPictures,
+}
 
 impl LightCache {
     /// The tables of this map, with convolutions if they are wanted.
     pub(super) fn tables(&self, map: &Arc<EnvironmentMap>, convolved: bool) -> Arc<MapTables> {
-        let known = self.0.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        let known = self.map.lock().unwrap_or_else(PoisonError::into_inner).clone();
         let serves = |tables: &Arc<MapTables>| {
             Arc::ptr_eq(&tables.map, map) && (tables.convolved.is_some() || !convolved)
         };
@@ -56,7 +60,7 @@ impl LightCache {
         }
         // Not under the lock: threads that wait for their own work may take up that of another picture.
         let made = Arc::new(MapTables::new(map, convolved));
-        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(Arc::clone(&made));
+        *self.map.lock().unwrap_or_else(PoisonError::into_inner) = Some(Arc::clone(&made));
         made
     }
 }
@@ -135,6 +139,8 @@ pub(super) struct FrameLight<'a> {
     pub(super) tables: Option<Arc<MapTables>>,
     /// Everything that is not the environment.
     pub(super) local: Lights,
+    /// How finely that shines.
+    pub(super) lamps: Lamps,
     /// From the world to the space of the map.
     pub(super) to_map: Mat3,
     /// Luminance of the intensity that the map is multiplied by.
@@ -153,10 +159,12 @@ impl<'a> FrameLight<'a> {
         let radius = (0.5 * low.distance(high)).max(1e-6);
         let emitters = frame.lights.emitters().to_vec();
         let deltas = frame.lights.deltas().to_vec();
+        let local = Lights::new(None, emitters, deltas, radius);
         Self {
             environment,
             tables,
-            local: Lights::new(None, emitters, deltas, radius),
+            lamps: Lamps::new(local.emitters(), &cache.lamps),
+            local,
             to_map,
             scale: environment.map_or(0.0, |e| luminance(e.intensity)),
         }

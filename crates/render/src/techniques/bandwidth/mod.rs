@@ -9,7 +9,7 @@
 //! | file | what it does |
 //! |---|---|
 //! | `surface`, `curvature` | what each pixel shows |
-//! | `light`, `octahedral`, `convolved` | the light of a frame |
+//! | `light`, `octahedral`, `convolved`, `lamps` | the light of a frame |
 //! | `lobes`, `samples`, `parts`, `paint` | materials: bandwidth, importance samples, what pictures paint on them |
 //! | `kept` | tables of measured materials in files |
 //! | `predict`, `pyramid` | the bandwidth buffer |
@@ -27,6 +27,7 @@ mod explain;
 mod gather;
 mod hierarchy;
 mod kept;
+mod lamps;
 mod light;
 mod lobes;
 #[cfg(test)]

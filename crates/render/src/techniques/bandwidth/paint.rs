@@ -7,7 +7,7 @@
 use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
-use halflight_frequency::bandwidth::bounded;
+use halflight_frequency::bandwidth::{UNLIMITED, bounded};
 use halflight_frequency::mapping::TextureBandwidth;
 use halflight_frequency::wavelet::{Filter, Rule};
 use halflight_image::Plane;
@@ -38,6 +38,25 @@ impl Paint {
         Self { bandwidth, transform: texture.transform, texels }
     }
 
+    /// The picture of what shines, if it is one.
+    pub(super) fn of_light(radiance: &ColorInput) -> Option<Self> {
+        colour(radiance)
+    }
+
+    /// Cycles per metre around `uv`, where position changes by `dp_du` and `dp_dv` metres per unit of texture coordinates.
+    pub(super) fn per_metre(&self, uv: Vec2, [dp_du, dp_dv]: [Vec3; 2]) -> f32 {
+        let origin = self.transform.apply(Vec2::ZERO);
+        let (x, y) = (self.transform.apply(Vec2::X) - origin, self.transform.apply(Vec2::Y) - origin);
+        let area = x.perp_dot(y);
+        if area == 0.0 {
+            // One line of the picture, or one point of it.
+            return if x == Vec2::ZERO && y == Vec2::ZERO { 0.0 } else { UNLIMITED };
+        }
+        // Over coordinates of the picture: the inverse of the matrix of these columns.
+        let (across, down) = ((y.y * dp_du - x.y * dp_dv) / area, (x.x * dp_dv - y.x * dp_du) / area);
+        self.bandwidth.on_surface(self.transform.apply(uv), Vec2::ZERO, across, down)
+    }
+
     /// Cycles per pixel around `uv`, which changes by `across` and `along` from pixel to pixel.
     pub(super) fn per_pixel(&self, uv: Vec2, across: Vec2, along: Vec2) -> f32 {
         let origin = self.transform.apply(uv);
@@ -65,13 +84,16 @@ pub(super) fn colours(material: &Material) -> Vec<Paint> {
         MaterialKind::Dielectric { tint, .. } => vec![tint],
         MaterialKind::MetallicRoughness { base_color, .. } => vec![base_color],
     };
-    let paint = |input: &ColorInput| match input {
+    inputs.into_iter().filter_map(colour).collect()
+}
+
+fn colour(input: &ColorInput) -> Option<Paint> {
+    match input {
         ColorInput::Textured { texture, factor } => {
             Some(Paint::new(texture, |texel| luminance(texel * *factor)))
         }
         ColorInput::Constant(_) => None,
-    };
-    inputs.into_iter().filter_map(paint).collect()
+    }
 }
 
 /// The pictures that change the form of its lobe, or where it is.

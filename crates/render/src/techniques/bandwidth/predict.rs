@@ -21,7 +21,7 @@ use halflight_frequency::bandwidth::{Exit, UNLIMITED, pixel};
 use halflight_frequency::importance::point as sequence;
 use halflight_material::SurfaceInput;
 use halflight_scene::Frame;
-use halflight_scene::lights::{Arrival, DeltaLight, luminance};
+use halflight_scene::lights::{Arrival, luminance};
 use rayon::prelude::*;
 
 use super::curvature::{self, Bend};
@@ -102,8 +102,6 @@ pub(super) struct Judge<'a> {
     pub(super) settings: &'a BandwidthSettings,
     /// Radians that a pixel spans at most.
     pub(super) pixel_angle: f32,
-    /// ν_s of local lights, cycles per metre.
-    pub(super) local_bandwidth: f32,
 }
 
 impl<'a> Judge<'a> {
@@ -122,7 +120,7 @@ impl<'a> Judge<'a> {
         let angle = |step| (towards(middle + 0.5 * step) - towards(middle - 0.5 * step)).length();
         let pixel_angle = angle(glam::Vec2::X).max(angle(glam::Vec2::Y));
         debug_assert!(ahead.is_finite());
-        Self { frame, light, lobes, settings, pixel_angle, local_bandwidth: local_bandwidth(light) }
+        Self { frame, light, lobes, settings, pixel_angle }
     }
 
     /// The surface and the way to the eye, without the texture.
@@ -195,7 +193,8 @@ impl<'a> Judge<'a> {
         let count = self.settings.directions.min(LOCAL);
         for i in 0..count {
             let choice = ((i as f32 + 0.5) * 0.618_034).fract();
-            let Some(sample) = self.light.local.sample(point.position, choice, sequence(i, 5), 0.0) else {
+            let u = sequence(i, 5);
+            let Some((sample, lamp)) = self.light.local.sample_on(point.position, choice, u, 0.0) else {
                 continue;
             };
             let Arrival::From { point: from, radiance } = sample.arrival else { continue };
@@ -209,7 +208,10 @@ impl<'a> Judge<'a> {
             let at_eye = match from {
                 Some(from) => {
                     let distance = from.distance(point.position);
-                    exit.local(self.local_bandwidth, distance, cosine.abs(), rho).angular
+                    // A point has no limit.
+                    let emitters = self.light.local.emitters();
+                    let light = lamp.map_or(UNLIMITED, |(i, uv)| self.light.lamps.at(emitters, i, uv));
+                    exit.local(light, distance, cosine.abs(), rho).angular
                 }
                 None => exit.distant(UNLIMITED, rho).angular,
             };
@@ -300,33 +302,6 @@ pub(super) fn turned([x, y, z]: [Vec3; 3], view: Vec3) -> [Vec3; 3] {
     }
     let (c, s) = (view.x / across, view.y / across);
     [c * x + s * y, c * y - s * x, z]
-}
-
-/// ν_s of what shines nearby: 95 % of the power of a plain square of width w lies below 2/w along each axis; points
-/// have no limit. Of several lights the mean by strength.
-fn local_bandwidth(light: &FrameLight) -> f32 {
-    let (mut sum, mut total) = (0.0, 0.0);
-    // A mesh shines as one light.
-    let mut areas: Vec<(u32, f32)> = Vec::new();
-    for emitter in light.local.emitters() {
-        match areas.last_mut() {
-            Some((instance, area)) if *instance == emitter.instance => *area += emitter.area(),
-            _ => areas.push((emitter.instance, emitter.area())),
-        }
-    }
-    for emitter in light.local.emitters() {
-        let area = areas.iter().find(|(instance, _)| *instance == emitter.instance).map_or(0.0, |a| a.1);
-        let strength = emitter.strength();
-        if strength > 0.0 && area > 0.0 {
-            sum += strength * 2.0 / area.sqrt();
-            total += strength;
-        }
-    }
-    let points = light.local.deltas().iter().any(|light| !matches!(light, DeltaLight::Directional { .. }));
-    if points {
-        return UNLIMITED;
-    }
-    if total > 0.0 { (sum / total).min(UNLIMITED) } else { UNLIMITED }
 }
 
 /// The predictions of a picture.
