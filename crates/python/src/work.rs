@@ -9,10 +9,13 @@ use std::time::Duration;
 use halflight::Progress;
 use pyo3::prelude::*;
 
-use crate::errors::{Interrupted, failed};
+use crate::errors::{Interrupted, failed, usage};
 
 /// Between two looks at signals and progress: quick to answer a key, too seldom to cost.
 const INTERVAL: Duration = Duration::from_millis(40);
+
+/// As many as the command takes.
+const MOST_THREADS: usize = 1024;
 
 /// What the work says, and whether it is to stop.
 #[derive(Default)]
@@ -62,6 +65,9 @@ pub(crate) fn watched<T: Send>(
     progress: Option<&Bound<'_, PyAny>>,
     work: impl FnOnce(&Watch) -> T + Send,
 ) -> PyResult<Outcome<T>> {
+    if let Some(threads) = threads.filter(|threads| !(1..=MOST_THREADS).contains(threads)) {
+        return Err(usage(format!("threads: expected 1 to {MOST_THREADS}, found {threads}")));
+    }
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads.unwrap_or(0))
         .build()

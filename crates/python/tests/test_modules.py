@@ -76,6 +76,11 @@ def test_projection_is_that_of_the_command(command: str, tmp_path: pathlib.Path)
         (lambda: frequency.covariance("travel", np.zeros((1, 6, 6)), 1), "2 to 5 dimensions"),
         (lambda: brdf.Material("phnog"), "phnog"),
         (lambda: brdf.Material("diffuse").eval([[0, 0]], [[0, 0, 1]]), r"wo: expected an array of shape"),
+        (lambda: sh.exp(np.full(9, np.inf)), "functions: a number is not finite"),
+        (lambda: frequency.bandwidth("travel", [[1, 2]], np.nan), "travel: a number is not finite"),
+        (lambda: brdf.Material("diffuse").sample([[0, 0, 1]], [[2, 0, 0]]), "u: expected numbers from 0"),
+        (lambda: spheres.log_visibility(spheres.SphereSet([[0, 0, 2, 1]]), [[np.nan, 0, 0]]), "points: a number"),
+        (lambda: ddf.train(hl.Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]), seconds=np.nan), "seconds: expected"),
         (lambda: sh.convert(np.zeros(9), "nobody"), "there is no convention"),
     ],
 )

@@ -198,6 +198,12 @@ def test_wrong_arguments_are_refused(scene: hl.Scene) -> None:
         hl.render(scene, samples=0)
     with pytest.raises(hl.UsageError, match="at least one pixel"):
         hl.render(scene, size=(0, 5))
+    with pytest.raises(hl.UsageError, match="time: expected a number, found nan"):
+        hl.render(scene, time=float("nan"))
+    with pytest.raises(hl.UsageError, match="seed: expected 0"):
+        hl.render(scene, seed=-1)
+    with pytest.raises(hl.UsageError, match="threads: expected 1 to 1024"):
+        hl.render(scene, samples=1, threads=5000)
     with pytest.raises(hl.UsageError, match="frame or time"):
         hl.render(scene, frame=1, time=1)
     with pytest.raises(hl.Error):

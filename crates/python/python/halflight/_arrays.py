@@ -30,7 +30,8 @@ def _numbers(name: str, value: npt.ArrayLike, kind: Any) -> npt.NDArray[Any]:
         limits = np.iinfo(kind)
         if array.size and (int(array.min()) < limits.min or int(array.max()) > limits.max):
             raise ValueError(f"{name}: a number is not between {limits.min} and {limits.max}")
-    return np.ascontiguousarray(array, dtype=kind)
+    with np.errstate(over="ignore"):
+        return np.ascontiguousarray(array, dtype=kind)
 
 
 def _shaped(name: str, array: npt.NDArray[Any], shape: tuple[int | None, ...]) -> None:
@@ -39,10 +40,17 @@ def _shaped(name: str, array: npt.NDArray[Any], shape: tuple[int | None, ...]) -
         raise ValueError(f"{name}: expected an array of shape {_said(shape)}, found {_said(array.shape)}")
 
 
-def floats(name: str, value: npt.ArrayLike, shape: tuple[int | None, ...]) -> Floats:
+def _finite(name: str, array: npt.NDArray[Any]) -> None:
+    if not np.isfinite(array).all():
+        raise ValueError(f"{name}: a number is not finite")
+
+
+def floats(name: str, value: npt.ArrayLike, shape: tuple[int | None, ...], *, finite: bool = True) -> Floats:
     """A contiguous array of that shape in single precision; ``None`` stands for any length."""
     array = _numbers(name, value, np.float32)
     _shaped(name, array, shape)
+    if finite:
+        _finite(name, array)
     return array
 
 
@@ -50,6 +58,7 @@ def doubles(name: str, value: npt.ArrayLike, shape: tuple[int | None, ...]) -> D
     """A contiguous array of that shape in double precision."""
     array = _numbers(name, value, np.float64)
     _shaped(name, array, shape)
+    _finite(name, array)
     return array
 
 
@@ -65,7 +74,9 @@ def rows(name: str, value: npt.ArrayLike, width: int | None = None) -> tuple[Dou
     array = _numbers(name, value, np.float64)
     if array.ndim == 0 or (width is not None and array.shape[-1] != width):
         raise ValueError(f"{name}: expected an array of shape (..., {width or 'n'}), found {_said(array.shape)}")
-    return array.reshape(-1, array.shape[-1]), array.shape[:-1]
+    _finite(name, array)
+    count = int(np.prod(array.shape[:-1]))
+    return array.reshape(count, array.shape[-1]), array.shape[:-1]
 
 
 def coefficients(name: str, value: npt.ArrayLike) -> tuple[Doubles, tuple[int, ...], int]:

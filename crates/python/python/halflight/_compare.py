@@ -40,7 +40,7 @@ def _rgb(name: str, value: PictureLike) -> Floats:
         value = load_picture(value)
     if isinstance(value, Picture):
         value = np.ascontiguousarray(value.rgb)
-    return floats(name, value, (None, None, 3))
+    return floats(name, value, (None, None, 3), finite=False)
 
 
 def compare(picture: PictureLike, reference: PictureLike, *, exposure: float = 0.0) -> Comparison:

@@ -45,7 +45,7 @@ class Picture:
         """A picture of an array of rows × columns × 3."""
         from ._arrays import floats
 
-        return cls([("rgb", ["R", "G", "B"], floats("rgb", rgb, (None, None, 3)))], {})
+        return cls([("rgb", ["R", "G", "B"], floats("rgb", rgb, (None, None, 3), finite=False))], {})
 
     @property
     def layers(self) -> tuple[str, ...]:

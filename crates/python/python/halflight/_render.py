@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, Optional, Union
 
@@ -49,6 +50,13 @@ def render(
     for name, limit in (("samples", samples), ("seconds", seconds), ("error", error), ("threads", threads)):
         if limit is not None and not limit > 0:
             raise _native.UsageError(f"{name}: expected a number greater than 0, found {limit}")
+    if samples is not None and samples > 1 << 24:
+        raise _native.UsageError(f"samples: expected at most {1 << 24}, found {samples}")
+    if not 0 <= seed < 1 << 64:
+        raise _native.UsageError(f"seed: expected 0 to {(1 << 64) - 1}, found {seed}")
+    for name, instant_given in (("frame", frame), ("time", time), ("fps", fps)):
+        if instant_given is not None and not math.isfinite(instant_given):
+            raise _native.UsageError(f"{name}: expected a number, found {instant_given}")
     number = frame if frame is not None else (time * fps if time is not None else 0.0)
     instant = time if time is not None else number / fps
     stage = as_scene(scene)

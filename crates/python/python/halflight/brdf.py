@@ -52,7 +52,10 @@ class Material:
         towards = floats("wo", wo, (None, 3))
         if u is None:
             u = np.random.default_rng(seed).random((len(towards), 3), dtype=np.float32)
-        return self._native.sample(towards, floats("u", u, (len(towards), 3)))
+        numbers = floats("u", u, (len(towards), 3))
+        if numbers.size and not (numbers.min() >= 0 and numbers.max() < 1):
+            raise ValueError("u: expected numbers from 0 to below 1")
+        return self._native.sample(towards, numbers)
 
     def __repr__(self) -> str:
         return f"Material({self.spec!r})"

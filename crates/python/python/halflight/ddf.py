@@ -106,6 +106,9 @@ def train(
     kept in; with ``resume`` it goes on from there. Ctrl-C raises :class:`halflight.Interrupted`, whose ``result`` is the training
     so far.
     """
+    for name, limit in (("steps", steps), ("seconds", seconds), ("threads", threads)):
+        if limit is not None and not limit > 0:
+            raise _native.UsageError(f"{name}: expected a number greater than 0, found {limit}")
     try:
         field, history = _native.ddf_train(
             as_mesh(mesh)._native,

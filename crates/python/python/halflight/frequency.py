@@ -46,6 +46,8 @@ def _parameters(operator: str, known: dict[str, int], values: tuple[npt.ArrayLik
     if len(values) != known[operator]:
         raise ValueError(f"{operator}: expected {known[operator]} numbers, found {len(values)}")
     columns = [np.broadcast_to(np.asarray(value, dtype=np.float64), (count,)) for value in values]
+    if not all(np.isfinite(column).all() for column in columns):
+        raise ValueError(f"{operator}: a number is not finite")
     return np.ascontiguousarray(np.stack(columns, axis=1)) if columns else np.zeros((count, 0))
 
 
