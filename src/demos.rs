@@ -51,6 +51,12 @@ pub const DEMOS: &[Demo] = &[
     covariant("caustic-glass", include_str!("../scenes/caustic-glass.toml")),
     covariant("fog-lamp", include_str!("../scenes/fog-lamp.toml")),
     Demo {
+        name: "two-mirrors",
+        text: include_str!("../scenes/two-mirrors.toml"),
+        technique: "covariance",
+        files: &[model!("mosaic.png")],
+    },
+    Demo {
         name: "wrecking-ball",
         text: include_str!("../scenes/wrecking-ball.toml"),
         technique: "shexp",

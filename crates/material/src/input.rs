@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
 
+use crate::footprint::Footprint;
 use crate::texture::Texture;
 
 /// Where on a surface a material is asked for.
@@ -41,6 +42,17 @@ impl ColorInput {
         match self {
             ColorInput::Constant(color) => *color,
             ColorInput::Textured { texture, factor } => texture.sample(uv).truncate() * *factor,
+        }
+    }
+
+    /// The mean colour under a footprint about `uv`; the colour there without one.
+    #[inline]
+    pub fn over(&self, uv: Vec2, footprint: Option<Footprint>) -> Vec3 {
+        match (self, footprint) {
+            (ColorInput::Textured { texture, factor }, Some(footprint)) => {
+                texture.sample_over(uv, footprint).truncate() * *factor
+            }
+            _ => self.at(uv),
         }
     }
 
@@ -93,6 +105,19 @@ impl ScalarInput {
     }
 }
 
+impl ScalarInput {
+    /// The mean value under a footprint about `uv`; the value there without one.
+    #[inline]
+    pub fn over(&self, uv: Vec2, footprint: Option<Footprint>) -> f32 {
+        match (self, footprint) {
+            (ScalarInput::Textured { texture, channel, factor }, Some(footprint)) => {
+                texture.sample_over(uv, footprint).to_array()[(*channel).min(3)] * factor
+            }
+            _ => self.at(uv),
+        }
+    }
+}
+
 impl From<f32> for ScalarInput {
     fn from(value: f32) -> Self {
         ScalarInput::Constant(value)
@@ -138,6 +163,20 @@ impl NormalMap {
         match normal.try_normalize() {
             Some(unit) if unit.z > 0.0 => unit,
             _ => Vec3::Z,
+        }
+    }
+
+    /// The mean normal under a footprint, and the variance of slopes about it that the footprint holds, per axis: the mean of
+    /// unit normals that lean by variance s² is 1/(1 + s²) long (Toksvig 2005).
+    pub fn over(&self, uv: Vec2, footprint: Footprint) -> (Vec3, f32) {
+        let texel = self.texture.sample_over(uv, footprint).truncate();
+        let normal = texel * 2.0 - Vec3::ONE;
+        let length = normal.length();
+        let variance = if length > 0.0 && length < 1.0 { (1.0 - length) / length } else { 0.0 };
+        let scaled = normal * Vec3::new(self.scale, self.scale, 1.0);
+        match scaled.try_normalize() {
+            Some(unit) if unit.z > 0.0 => (unit, (variance * self.scale * self.scale).min(1.0)),
+            _ => (Vec3::Z, 0.0),
         }
     }
 }

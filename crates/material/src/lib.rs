@@ -30,6 +30,7 @@ mod bsdf;
 mod conductor;
 mod dielectric;
 mod diffuse;
+mod footprint;
 mod fresnel;
 mod input;
 mod low_frequency;
@@ -46,6 +47,7 @@ pub mod test_kit;
 mod texture;
 
 pub use bsdf::{Bsdf, BsdfSample};
+pub use footprint::{Footprint, Levels};
 pub use input::{ColorInput, NormalMap, Opacity, ScalarInput, SurfaceInput};
 pub use low_frequency::LowFrequency;
 pub use material::{ConductorColor, Material, MaterialKind};

@@ -8,6 +8,7 @@ use crate::bsdf::{Bsdf, Lobe};
 use crate::conductor::{Conductor, Reflectance};
 use crate::dielectric::Dielectric;
 use crate::diffuse::Diffuse;
+use crate::footprint::Footprint;
 use crate::input::{ColorInput, NormalMap, Opacity, ScalarInput, SurfaceInput};
 use crate::merl::MeasuredBrdf;
 use crate::metallic_roughness::MetallicRoughness;
@@ -160,13 +161,31 @@ impl Material {
     }
 
     /// How the surface scatters at one place.
+    #[inline]
     pub fn bsdf(&self, input: &SurfaceInput) -> Bsdf<'_> {
-        let color = |source: &ColorInput| (source.at(input.uv) * input.color).clamp(Vec3::ZERO, Vec3::ONE);
+        self.bsdf_over(input, None, 0.0)
+    }
+
+    /// How the surface scatters at one place as the mean over a footprint about it, in which normals have slopes of variance
+    /// `slopes` per axis ([`Material::normal_over`]): these widen lobes. What is smooth in the mean becomes a lobe.
+    pub fn bsdf_over(&self, input: &SurfaceInput, footprint: Option<Footprint>, slopes: f32) -> Bsdf<'_> {
+        let color = |source: &ColorInput| {
+            (source.over(input.uv, footprint) * input.color).clamp(Vec3::ZERO, Vec3::ONE)
+        };
+        let scalar = |source: &ScalarInput| source.over(input.uv, footprint);
+        // Facets of roughness α have slopes of variance α²/2.
+        let widened = |alpha: f32| {
+            if slopes > 0.0 { (alpha * alpha + 2.0 * slopes).sqrt().min(1.0) } else { alpha }
+        };
         let lobe = match &self.kind {
             MaterialKind::Black => Lobe::Black,
             MaterialKind::Diffuse { albedo } => Lobe::Diffuse(Diffuse { albedo: color(albedo) }),
             MaterialKind::Phong { diffuse, specular, exponent } => {
-                Lobe::Phong(Phong::new(color(diffuse), color(specular), exponent.at(input.uv)))
+                Lobe::Phong(Phong::new(color(diffuse), color(specular), {
+                    let exponent = scalar(exponent);
+                    // A normal that leans turns the lobe by twice as much.
+                    if slopes > 0.0 { exponent / (1.0 + 4.0 * slopes * exponent) } else { exponent }
+                }))
             }
             MaterialKind::Conductor { color: metal, roughness, anisotropy } => {
                 let reflectance = match metal {
@@ -176,7 +195,7 @@ impl Material {
                     ConductorColor::Normal(normal) => Reflectance::Normal(color(normal)),
                     ConductorColor::Constant(every) => Reflectance::Constant(color(every)),
                 };
-                let alpha = microfacet::alpha(roughness.at(input.uv));
+                let alpha = widened(microfacet::alpha(scalar(roughness)));
                 if alpha < microfacet::SMOOTH_ALPHA {
                     Lobe::Mirror(reflectance)
                 } else {
@@ -186,14 +205,14 @@ impl Material {
             MaterialKind::Dielectric { ior, roughness, tint } => Lobe::Dielectric(Dielectric::new(
                 *ior,
                 color(tint),
-                microfacet::alpha(roughness.at(input.uv)),
+                widened(microfacet::alpha(scalar(roughness))),
             )),
             MaterialKind::MetallicRoughness { base_color, metallic, roughness, transmission, ior } => {
                 Lobe::MetallicRoughness(MetallicRoughness::new(
                     color(base_color),
-                    metallic.at(input.uv),
-                    microfacet::alpha(roughness.at(input.uv)),
-                    transmission.at(input.uv),
+                    scalar(metallic),
+                    widened(microfacet::alpha(scalar(roughness))),
+                    scalar(transmission),
                     *ior,
                 ))
             }
@@ -290,6 +309,12 @@ impl Material {
     /// The mean emitted radiance over the texture. Walks the whole picture: for preparation, not for shading.
     pub fn mean_emission(&self) -> Vec3 {
         self.emission.as_ref().map_or(Vec3::ZERO, ColorInput::mean)
+    }
+
+    /// The mean normal under a footprint that the normal map gives in the tangent frame, if there is a map, and the variance of
+    /// slopes about it.
+    pub fn normal_over(&self, uv: Vec2, footprint: Footprint) -> Option<(Vec3, f32)> {
+        self.normal_map.as_ref().map(|map| map.over(uv, footprint))
     }
 
     /// The unit normal that the normal map gives in the tangent frame, if there is a map.

@@ -9,6 +9,8 @@ use std::sync::{Arc, LazyLock};
 use glam::{Vec2, Vec4};
 use halflight_image::{ColorSpace, Texels, TextureImage};
 
+use crate::footprint::Levels;
+
 /// What a texture shows beyond its borders.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Wrap {
@@ -65,6 +67,8 @@ pub struct Texture {
     pub transform: UvTransform,
     /// Shows texels as squares of one value instead of mixing neighbours.
     pub nearest: bool,
+    /// Smaller versions, for footprints.
+    pub levels: Levels,
 }
 
 impl Texture {
@@ -76,6 +80,7 @@ impl Texture {
             wrap_v: Wrap::Repeat,
             transform: UvTransform::default(),
             nearest: false,
+            levels: Levels::default(),
         }
     }
 
@@ -86,13 +91,25 @@ impl Texture {
         if !uv.is_finite() || width == 0 || height == 0 {
             return Vec4::ZERO;
         }
-        let (x0, x1, mut fx) = bracket(uv.x, width, self.wrap_u);
-        let (y0, y1, mut fy) = bracket(uv.y, height, self.wrap_v);
+        self.bilinear(uv, width, height, |x, y| self.texel(x, y))
+    }
+
+    /// Between the four texels about a place, given after the transform, of a picture or a smaller version of it.
+    #[inline]
+    pub(crate) fn bilinear(
+        &self,
+        at: Vec2,
+        width: usize,
+        height: usize,
+        texel: impl Fn(usize, usize) -> Vec4,
+    ) -> Vec4 {
+        let (x0, x1, mut fx) = bracket(at.x, width, self.wrap_u);
+        let (y0, y1, mut fy) = bracket(at.y, height, self.wrap_v);
         if self.nearest {
             (fx, fy) = (fx.round(), fy.round());
         }
-        let upper = self.texel(x0, y0).lerp(self.texel(x1, y0), fx);
-        let lower = self.texel(x0, y1).lerp(self.texel(x1, y1), fx);
+        let upper = texel(x0, y0).lerp(texel(x1, y0), fx);
+        let lower = texel(x0, y1).lerp(texel(x1, y1), fx);
         upper.lerp(lower, fy)
     }
 
@@ -108,7 +125,7 @@ impl Texture {
         (sum / (width * height).max(1) as f64).as_vec4()
     }
 
-    fn texel(&self, x: usize, y: usize) -> Vec4 {
+    pub(crate) fn texel(&self, x: usize, y: usize) -> Vec4 {
         let index = y * self.image.width + x;
         match &self.image.texels {
             Texels::Floats(values) => Vec4::from_array(values[index]),

@@ -128,3 +128,58 @@ fn gold_is_yellow_copper_is_red_and_silver_is_bright() {
     }
     assert!(metal("aluminum").is_some());
 }
+
+/// The mean of a texture under a Gaussian, by a sum over a fine grid.
+fn summed(texture: &Texture, uv: Vec2, [uu, uv_, vv]: [f32; 3]) -> Vec4 {
+    let a = uu.max(1e-12).sqrt();
+    let (b, c) = (uv_ / a, (vv - uv_ * uv_ / (a * a)).max(0.0).sqrt());
+    let (mut sum, mut weights) = (Vec4::ZERO, 0.0);
+    for i in -60..=60 {
+        for j in -60..=60 {
+            let (x, y) = (i as f32 / 20.0, j as f32 / 20.0);
+            let weight = (-0.5 * (x * x + y * y)).exp();
+            sum += weight * texture.sample(uv + Vec2::new(a * x, b * x + c * y));
+            weights += weight;
+        }
+    }
+    sum / weights
+}
+
+#[test]
+fn the_mean_under_a_footprint_is_that_of_the_texels_there() {
+    let texels = (0..64 * 48).map(|i| {
+        let (x, y) = (i % 64, i / 64);
+        // Squares, stripes, and something that looks random.
+        let squares = if (x / 8 + y / 6) % 2 == 0 { 1.0 } else { 0.0 };
+        let random = (i as u32).wrapping_mul(2_654_435_761) >> 24;
+        [squares, if x % 4 < 2 { 1.0 } else { 0.0 }, random as f32 / 255.0, 1.0]
+    });
+    let image = TextureImage { width: 64, height: 48, texels: Texels::Floats(texels.collect()) };
+    let plain = Texture::new(Arc::new(image));
+    let mut turned = plain.clone();
+    turned.transform = UvTransform { offset: Vec2::new(0.2, 0.1), rotation: 0.5, scale: Vec2::new(1.5, 0.8) };
+    for texture in [plain, turned] {
+        let (mut worst, mut squares, mut count) = (0.0f32, 0.0, 0.0);
+        for k in 0..60 {
+            let part = |a: f32| (k as f32 * a).fract();
+            let uv = Vec2::new(part(0.754_877_7), part(0.569_840_3));
+            let (s, r) = (0.004 + 0.2 * part(0.31), 0.2 + 0.8 * part(0.17));
+            let (sin, cos) = (std::f32::consts::TAU * part(0.618_034)).sin_cos();
+            let (a, b) = (s * s, s * s * r * r);
+            let footprint =
+                [a * cos * cos + b * sin * sin, (a - b) * sin * cos, a * sin * sin + b * cos * cos];
+            let error = (texture.sample_over(uv, footprint) - summed(&texture, uv, footprint)).abs();
+            worst = worst.max(error.max_element());
+            squares += error.length_squared();
+            count += 3.0;
+        }
+        let rms = (squares / count).sqrt();
+        println!("worst {worst}, mean {rms}");
+        assert!(worst < 0.2 && rms < 0.04, "{worst} {rms}");
+        // A point is a point, and a footprint without end the mean of all.
+        let uv = Vec2::new(0.3, 0.6);
+        assert_eq!(texture.sample_over(uv, [0.0; 3]), texture.sample(uv));
+        let all = texture.sample_over(uv, [f32::INFINITY, 0.0, f32::INFINITY]);
+        assert!((all - texture.mean()).abs().max_element() < 1e-3, "{all} {}", texture.mean());
+    }
+}

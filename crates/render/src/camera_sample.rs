@@ -25,12 +25,19 @@ impl CameraSampler {
     /// The ray of sample `sample` of pixel (x, y), and the random numbers for what comes after it.
     #[inline]
     pub fn ray(&self, x: usize, y: usize, sample: u32) -> (Ray, Sampler) {
+        let ((pixel, lens, time), sampler) = self.place(x, y, sample);
+        (self.view.ray(pixel, lens, time), sampler)
+    }
+
+    /// The place on the film, the place on the lens as [`View::ray`] takes it, and the time of that ray.
+    #[inline]
+    pub(crate) fn place(&self, x: usize, y: usize, sample: u32) -> ((Vec2, Vec2, f32), Sampler) {
         let mut sampler = Sampler::new(self.seed, x as u32, y as u32, sample);
         let u = sampler.next_four();
         // A frame without duration spends no numbers on time.
         let time = if self.shutter_is_open { sampler.next_four()[0] } else { 0.0 };
         let pixel = Vec2::new(x as f32 + u[0], y as f32 + u[1]);
-        (self.view.ray(pixel, Vec2::new(u[2], u[3]), time), sampler)
+        ((pixel, Vec2::new(u[2], u[3]), time), sampler)
     }
 
     /// The rays of sample `sample` of some pixels, at most as many as there is room for, and the random numbers for what

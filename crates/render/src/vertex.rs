@@ -1,7 +1,7 @@
 //! A point where light scatters: the surface that a ray found, its material there, and the frame between the two.
 
 use glam::{Vec2, Vec3};
-use halflight_material::{Bsdf, Material, SurfaceInput};
+use halflight_material::{Bsdf, Footprint, Material, SurfaceInput};
 use halflight_scene::Frame;
 use halflight_trace::{Hit, Ray, Surface};
 
@@ -42,6 +42,27 @@ impl<'a> Vertex<'a> {
     pub(crate) fn stopped(frame: &'a Frame, ray: &Ray, hit: &Hit) -> Self {
         let vertex = Self::new(frame, ray, hit);
         Self { bsdf: vertex.bsdf.solid(), solid: true, ..vertex }
+    }
+
+    /// [`Vertex::stopped`] on a surface that is known, with textures as the mean under a footprint and lobes as wide as the
+    /// normals under it make them.
+    pub(crate) fn stopped_over(
+        frame: &'a Frame,
+        ray: &Ray,
+        surface: Surface,
+        footprint: Option<Footprint>,
+    ) -> Self {
+        let material = frame.material(surface.instance, surface.material_slot);
+        let input = SurfaceInput { uv: surface.uv, color: surface.color };
+        let towards_eye = -ray.direction;
+        let mapped = footprint.and_then(|footprint| material.normal_over(surface.uv, footprint));
+        let (axes, slopes) = match mapped {
+            Some((bump, slopes)) => (axes_about(&surface, Some(bump), towards_eye), slopes),
+            None => (shading_axes(&surface, material, towards_eye), 0.0),
+        };
+        let wo = to_local(&axes, towards_eye);
+        let bsdf = material.bsdf_over(&input, footprint, slopes).solid();
+        Self { surface, material, bsdf, axes, towards_eye, wo, solid: true }
     }
 
     /// A point of a medium at distance `t` along `ray`: no surface, so nothing is offset and no side is the wrong one.
@@ -118,9 +139,15 @@ impl<'a> Vertex<'a> {
 /// The local frame in world space: along the tangent, across it, and the shading normal, normal map included.
 #[inline]
 pub(crate) fn shading_axes(surface: &Surface, material: &Material, towards_eye: Vec3) -> [Vec3; 3] {
+    axes_about(surface, material.shading_normal_local(surface.uv), towards_eye)
+}
+
+/// The same with a normal in the tangent frame, if there is one.
+#[inline]
+fn axes_about(surface: &Surface, bump: Option<Vec3>, towards_eye: Vec3) -> [Vec3; 3] {
     let mut normal = surface.shading_normal;
     let mut tangent = surface.tangent;
-    if let Some(bump) = material.shading_normal_local(surface.uv) {
+    if let Some(bump) = bump {
         let bitangent = surface.handedness * normal.cross(tangent);
         normal = (bump.x * tangent + bump.y * bitangent + bump.z * normal).normalize_or(normal);
     }

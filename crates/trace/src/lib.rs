@@ -47,4 +47,4 @@ pub use motion::Motion;
 pub use ray::{Hit, Ray, Surface};
 pub use simd::{Kernel, Simd, UnknownSimd};
 pub use spheres::{Sphere, SphereTracer};
-pub use world::{Instance, World};
+pub use world::{Gradients, Instance, World};

@@ -76,22 +76,19 @@ pub(super) fn equal_error(args: &BenchArgs) -> Result<Findings, Failure> {
         "less time",
         "goal",
         "rank correlation",
+        "of a second map",
     ]);
     let mut notes = Vec::new();
     let (truth_samples, goal) = if args.quick { (256, 64) } else { (1024, GOAL) };
     for (name, fewer, faster) in SCENES {
         let subject = Subject::new(name, args)?;
         let (truth, _) = subject.render(&Path::default(), truth_samples, 1234)?;
-        let variances = truth.map(|p| {
-            let n = f64::from(p.samples);
-            let [r, g, b] = p.mean();
-            let mean = 0.2126 * r + 0.7152 * g + 0.0722 * b;
-            ((p.sum_squares / n - mean * mean).max(0.0) / (mean * mean + 0.01)) as f32
-        });
-        let needed = optimal(&variances, subject.size);
+        let needed = optimal(&variances(&truth), subject.size);
         let truth = truth.image();
         let (film, seconds) = subject.render(&Path::default(), goal, 0)?;
         let error = relative_error(&film.image(), &truth)?;
+        // What a map as good as the truth but for its noise would have.
+        let ceiling = rank_correlation(&optimal(&variances(&film), subject.size), &needed);
         let (film, _) = subject.render(&Covariance::default(), FIRST, 0)?;
         let correlation =
             film.layers.get("predicted-density").map_or(0.0, |map| rank_correlation(map, &needed));
@@ -143,11 +140,13 @@ pub(super) fn equal_error(args: &BenchArgs) -> Result<Findings, Failure> {
             format!("{:.1}", seconds / took),
             format!("{faster}"),
             format!("{correlation:.3}"),
+            format!("{ceiling:.3}"),
         ]);
     }
     notes.extend([
         format!("truth: path at {truth_samples} samples a pixel; path at {goal} is to be equalled"),
         "seconds are of the processor, all threads; goal of the rank correlation: 0.8".into(),
+        "of a second map: the rank correlation of two maps of `path`, which noise alone tells apart".into(),
     ]);
     Ok(Findings { title: "covariance against path at equal error", table, notes })
 }
@@ -189,6 +188,16 @@ pub(super) fn overhead(args: &BenchArgs) -> Result<Findings, Failure> {
         "pilots are two for sixteen pixels; `pilots` has what follows from them for each pixel too".into(),
     ];
     Ok(Findings { title: "what carrying covariance costs a path", table, notes })
+}
+
+/// Relative variances of one sample.
+fn variances(film: &Film) -> Vec<f32> {
+    film.map(|p| {
+        let n = f64::from(p.samples);
+        let [r, g, b] = p.mean();
+        let mean = 0.2126 * r + 0.7152 * g + 0.0722 * b;
+        ((p.sum_squares / n - mean * mean).max(0.0) / (mean * mean + 0.01)) as f32
+    })
 }
 
 /// √ of relative variances, which single bright samples make noisy even with many: the mean of three by three pixels.

@@ -14,6 +14,7 @@ mod sh;
 mod shadow_fields;
 mod shexp;
 mod subjects;
+mod textures;
 
 use std::path::PathBuf;
 
@@ -122,6 +123,7 @@ pub(crate) fn run(args: &BenchArgs, console: Console) -> Result<(), Failure> {
                 bandwidth::growth(args)?
             }
             Name::Covariance => {
+                tell(console, &textures::footprints(args)?);
                 tell(console, &photons::kernels(args)?);
                 tell(console, &covariance::overhead(args)?);
                 covariance::equal_error(args)?

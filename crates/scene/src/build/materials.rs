@@ -7,7 +7,7 @@ use glam::Vec3;
 use halflight_file::LoadError;
 use halflight_image::ColorSpace;
 use halflight_material::{
-    ColorInput, ConductorColor, Lookup, Material, MaterialKind, MeasuredBrdf, NormalMap, Opacity,
+    ColorInput, ConductorColor, Levels, Lookup, Material, MaterialKind, MeasuredBrdf, NormalMap, Opacity,
     ScalarInput, Texture, UvTransform, Wrap,
 };
 
@@ -186,7 +186,14 @@ impl Builder {
         let wrap = wrap(spec.wrap);
         let rotation = (spec.rotation_degrees % 360.0).to_radians();
         let transform = UvTransform { offset: spec.offset, rotation, scale: spec.repeat };
-        Some(Texture { image, wrap_u: wrap, wrap_v: wrap, transform, nearest: false })
+        Some(Texture {
+            image,
+            wrap_u: wrap,
+            wrap_v: wrap,
+            transform,
+            nearest: false,
+            levels: Levels::default(),
+        })
     }
 
     /// A colour, or a texture of colours.

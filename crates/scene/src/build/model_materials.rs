@@ -7,7 +7,7 @@ use glam::{Affine2, Vec3};
 use halflight_file::LoadError;
 use halflight_image::{ColorSpace, TextureImage};
 use halflight_material::{
-    ColorInput, Material, MaterialKind, NormalMap, Opacity, ScalarInput, Texture, UvTransform, Wrap,
+    ColorInput, Levels, Material, MaterialKind, NormalMap, Opacity, ScalarInput, Texture, UvTransform, Wrap,
 };
 use halflight_shape::{AlphaMode, Model, ModelImage, ModelMaterial, ModelTexture};
 
@@ -115,7 +115,7 @@ impl Builder {
         let image = pictures.0.get(&key)?.clone()?;
         let (wrap_u, wrap_v) = (wrap(from.wrap_u), wrap(from.wrap_v));
         let transform = uv_transform(&from.uv_transform);
-        Some(Texture { image, wrap_u, wrap_v, transform, nearest: from.nearest })
+        Some(Texture { image, wrap_u, wrap_v, transform, nearest: from.nearest, levels: Levels::default() })
     }
 }
 

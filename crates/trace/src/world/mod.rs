@@ -1,11 +1,13 @@
 //! Instances of geometry, asked together.
 
+mod gradients;
 mod packet;
 mod place;
 mod query;
 mod scattered;
 mod surface;
 
+pub use gradients::Gradients;
 pub(crate) use query::keep;
 
 use std::sync::Arc;
@@ -148,6 +150,13 @@ impl World {
     pub(crate) fn placed(&self, instance: u32) -> Option<glam::Affine3A> {
         let place = &self.places[instance as usize];
         place.bounds.map(|_| self.instances[instance as usize].transform.open)
+    }
+
+    /// How texture coordinates and the shading normal change along the surface at a hit of a ray of this time; `None` for
+    /// shapes that do not tell.
+    #[must_use]
+    pub fn gradients(&self, hit: &Hit, time: f32, surface: &Surface) -> Option<Gradients> {
+        gradients::gradients(self, hit, time, surface)
     }
 
     /// Lower and upper corner of everything, over the shutter interval; both zero for an empty world.

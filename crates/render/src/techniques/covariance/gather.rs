@@ -10,6 +10,7 @@ use rayon::prelude::*;
 
 use super::super::path::block::Block;
 use super::super::path::integrator::Integrator;
+use super::photons::Averaged;
 use crate::camera_sample::CameraSampler;
 use crate::film::Pixel;
 use crate::samplers::LANES;
@@ -99,6 +100,7 @@ fn in_blocks(width: usize, count: usize) -> Vec<u16> {
 pub(super) fn fill(
     integrator: &Integrator,
     cameras: &[CameraSampler; 2],
+    averaged: Option<&Averaged>,
     squares: &mut [Square<Halves>],
     stop: &(dyn Fn() -> bool + Sync),
 ) -> (u64, u64) {
@@ -124,6 +126,16 @@ pub(super) fn fill(
                         list[count] = i;
                         count += 1;
                     }
+                }
+                if let Some(averaged) = averaged {
+                    for &i in &list[..count] {
+                        let index = 2 * sample + half as u32;
+                        let place = square.place(i as usize);
+                        let radiance = averaged.radiance(&cameras[half], place, sample, index);
+                        bad += u64::from(!square.pixels[i as usize].half[half].add(radiance));
+                    }
+                    traced += 6 * count as u64;
+                    continue;
                 }
                 for chunk in list[..count].chunks(LANES) {
                     let places = chunk.iter().map(|&i| square.place(i as usize));

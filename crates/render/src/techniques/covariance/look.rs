@@ -1,12 +1,14 @@
 //! What the picture shows through the middle of its lens: depths, normals, velocities, and how far the next edge is.
 //!
-//! One ray a pixel. An edge lies between two pixels that show different things: another shape, a fold, a step in depth, or
-//! another colour. Each pixel is told the edge that limits its filter most: that of the least d² + b², d its distance
-//! in the picture and b what lens and shutter blur it by, both in pixels. A near miss counts as a near hit. Edges are spread
-//! by sweeps of vector distances (Danielsson 1980).
+//! Two rays a pixel: to what it shows, and from there to the narrowest light. An edge lies between two pixels that show
+//! different things: another shape, a fold, a step in depth, another colour, or the light on one side of a shadow's border,
+//! which is as wide as that light makes it. Each pixel is told the edge that limits its filter most: that of the least d² + b²,
+//! d its distance in the picture and b what lens, shutter and light blur it by, both in pixels. A near miss counts as a near hit.
+//! Edges are spread by sweeps of vector distances (Danielsson 1980).
 
 use glam::{Vec2, Vec3};
 use halflight_scene::Frame;
+use halflight_scene::lights::DeltaLight;
 use halflight_trace::Hit;
 use rayon::prelude::*;
 
@@ -25,6 +27,10 @@ pub(super) struct Seen {
     pub(super) albedo: f32,
     /// Metres a shutter.
     pub(super) velocity: Vec3,
+    /// Whether the narrowest light reaches it.
+    pub(super) lit: bool,
+    /// How wide the border of the shadow is, metres, where it does not.
+    pub(super) penumbra: f32,
 }
 
 /// The edge that limits a pixel.
@@ -86,7 +92,12 @@ impl Look {
                     }
                     let near = if b.what == 0 || (a.what != 0 && a.depth <= b.depth) { a } else { b };
                     let streak = axes.streak(near.velocity, near.depth).length_squared() / 12.0;
-                    let blur = axes.blur(near.depth) + streak;
+                    let mut blur = axes.blur(near.depth) + streak;
+                    if a.lit != b.lit && a.what == b.what {
+                        // Of a shadow's border: as wide as its light makes it.
+                        let wide = a.penumbra.max(b.penumbra) / (near.depth * axes.pixel);
+                        blur += wide * wide / 12.0;
+                    }
                     let half = Vec2::new(dx as f32, dy as f32) * 0.5;
                     for (place, offset) in [(i, half), (j, -half)] {
                         let edge = Edge { offset, depth: near.depth, velocity: near.velocity, blur };
@@ -133,7 +144,7 @@ impl Look {
 }
 
 fn differ(a: &Seen, b: &Seen, pixel: f32) -> bool {
-    if a.what != b.what {
+    if a.what != b.what || a.lit != b.lit {
         return true;
     }
     if a.what == 0 {
@@ -148,7 +159,75 @@ fn differ(a: &Seen, b: &Seen, pixel: f32) -> bool {
     fold || off || step
 }
 
+/// The light whose shadows have the narrowest borders: a direction or a point, and the angle that it fills from afar.
+#[derive(Clone, Copy)]
+enum Narrow {
+    Direction(Vec3, f32),
+    Point(Vec3, f32),
+}
+
+impl Narrow {
+    /// Wider lights, in radians, cast no shadows with borders to look for.
+    const WIDEST: f32 = 0.2;
+
+    /// The strongest of few samples of the lights.
+    fn of(frame: &Frame) -> Option<Self> {
+        let lights = &frame.lights;
+        let near = lights
+            .emitters()
+            .iter()
+            .map(|e| (e.strength(), e.center(), (e.area() / std::f32::consts::PI).sqrt()));
+        let strongest = near.reduce(|a, b| if b.0 > a.0 { b } else { a });
+        if let Some((_, center, radius)) = strongest {
+            return Some(Self::Point(center, radius));
+        }
+        if let Some(light) = lights.deltas().first() {
+            return Some(match *light {
+                DeltaLight::Directional { towards, .. } => Self::Direction(towards, 0.0),
+                DeltaLight::Point { position, .. } | DeltaLight::Spot { position, .. } => {
+                    Self::Point(position[0], 0.0)
+                }
+            });
+        }
+        let environment = lights.environment()?;
+        let samples = (0..64).map(|i| {
+            let u = Vec2::new((i as f32 + 0.5) / 64.0, (i as f32 * 0.618_034).fract());
+            let (direction, _, pdf) = environment.sample(u);
+            (direction, pdf)
+        });
+        let (direction, pdf) = samples.reduce(|a, b| if b.1 > a.1 { b } else { a })?;
+        let angle = 2.0 / (std::f32::consts::PI * pdf).sqrt();
+        (angle < Self::WIDEST).then_some(Self::Direction(direction, angle))
+    }
+
+    /// Whether it reaches a point, and how wide the border of the shadow is if not.
+    fn reaches(self, frame: &Frame, vertex: &Vertex) -> (bool, f32) {
+        let position = vertex.surface.position;
+        let (ray, angle) = match self {
+            Self::Direction(towards, angle) => (vertex.surface.spawn(towards, 0.5), angle),
+            Self::Point(point, radius) => {
+                let distance = point.distance(position);
+                // Not the light's own surface.
+                let end = position.lerp(point, 1.0 - (1.01 * radius / distance).min(0.9));
+                (vertex.surface.spawn_to(end, 0.5), 2.0 * radius / distance.max(1e-6))
+            }
+        };
+        if angle > Self::WIDEST
+            || ray.direction.dot(vertex.surface.geometric_normal)
+                * vertex.surface.geometric_normal.dot(vertex.towards_eye)
+                <= 0.0
+        {
+            return (true, 0.0);
+        }
+        match frame.world.closest(&ray) {
+            Some(hit) => (false, angle * hit.t),
+            None => (true, 0.0),
+        }
+    }
+}
+
 fn see(frame: &Frame, axes: &FilmAxes, width: usize, height: usize) -> Vec<Seen> {
+    let narrow = Narrow::of(frame);
     let view = pinhole(frame, width, height);
     let mut seen = vec![Seen::default(); width * height];
     seen.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
@@ -163,7 +242,10 @@ fn see(frame: &Frame, axes: &FilmAxes, width: usize, height: usize) -> Vec<Seen>
             let vertex = Vertex::new(frame, ray, hit);
             let facing = |n: Vec3| if n.dot(vertex.towards_eye) < 0.0 { -n } else { n };
             let position = vertex.surface.position;
+            let (lit, penumbra) = narrow.map_or((true, 0.0), |light| light.reaches(frame, &vertex));
             *out = Seen {
+                lit,
+                penumbra,
                 what: hit.instance + 1,
                 depth: axes.view.depth(position, 0.5),
                 position,

@@ -12,6 +12,7 @@
 //! | `film_axes` | the camera as the last operator |
 //! | `allocate`, `gather` | how many samples, and taking them |
 //! | `reconstruct` | filters |
+//! | `spread` | footprints of textures at every vertex |
 //! | `photons` | density estimation, another method than all this |
 //! | `explain` | the chain of one pixel, in words |
 //!
@@ -26,6 +27,7 @@ mod photons;
 mod pilot;
 mod reconstruct;
 mod settings;
+mod spread;
 #[cfg(test)]
 mod tests;
 mod trail;
@@ -35,7 +37,7 @@ use std::time::{Duration, Instant};
 use halflight_scene::Frame;
 use rayon::prelude::*;
 
-pub use settings::{CovarianceSettings, Kernel, Method, Reconstruction, Sampling};
+pub use settings::{CovarianceSettings, Kernel, Method, Reconstruction, Sampling, Textures};
 
 use super::path::integrator::Integrator;
 use super::path::{DEFAULT_SAMPLES, MAX_SAMPLES};
@@ -47,6 +49,7 @@ use allocate::Known;
 use film_axes::FilmAxes;
 use gather::{HALF, Halves, Square, fill, flat};
 use look::Look;
+use photons::Averaged;
 use pilot::{Forecast, Found, Pilots, forecast};
 use reconstruct::{Shape, reconstruct};
 
@@ -143,6 +146,8 @@ impl Technique for Covariance {
         let cameras =
             [budget.seed, budget.seed ^ HALF].map(|seed| CameraSampler::new(frame, width, height, seed));
         let integrator = Integrator::new(frame, self.settings.of_paths());
+        let averaged = (self.settings.textures != Textures::Points)
+            .then(|| Averaged::new(&integrator, self.settings.textures));
         let axes = FilmAxes::new(frame, width, height);
         let look = stages.time("edges", || Look::new(frame, &axes, width, height));
         let mut squares: Vec<Square<Halves>> = Square::cover(width, height);
@@ -177,8 +182,9 @@ impl Technique for Covariance {
                     square.pixels[i].target = targets[y * width + x];
                 }
             }
-            let (rays, lost) =
-                stages.time("samples", || fill(&integrator, &cameras, &mut squares, &|| progress.stop()));
+            let (rays, lost) = stages.time("samples", || {
+                fill(&integrator, &cameras, averaged.as_ref(), &mut squares, &|| progress.stop())
+            });
             report.rays += rays;
             report.non_finite += lost;
             if taken == 0 {

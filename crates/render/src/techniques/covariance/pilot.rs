@@ -12,8 +12,7 @@ use halflight_trace::{Hit, Ray};
 
 use super::super::path::integrator::{Departure, Integrator, scattered, shadow_ray};
 use super::film_axes::FilmAxes;
-use super::look::velocity;
-use super::trail::{MOST, Node, Source, carried, swept};
+use super::trail::{MOST, Node, Source, carried};
 use crate::sampler::Sampler;
 use crate::vertex::Vertex;
 
@@ -73,6 +72,39 @@ pub(super) struct Pilots<'a> {
     pub(super) carry: bool,
 }
 
+/// One of the lights that a path finds, as likely as what it brings: the mean over paths is that of all of them, weighted by
+/// what they bring, and a path walks to the eye but once.
+struct Chosen {
+    /// Where it is, and how many vertices lead to it.
+    source: Option<(Source, usize)>,
+    /// What all bring together.
+    weight: f32,
+    /// Whether it was found by sampling the lights.
+    direct: bool,
+    state: u64,
+}
+
+impl Chosen {
+    /// Chance comes from the path's first direction: none of its random numbers are used up.
+    fn new(first: Vec3) -> Self {
+        let [x, y, z] = first.to_array().map(|v| u64::from(v.to_bits()));
+        Self { source: None, weight: 0.0, direct: false, state: x ^ y << 21 ^ z << 42 }
+    }
+
+    /// Takes a light or leaves it; says which.
+    fn offer(&mut self, source: Source, weight: f32, length: usize) -> bool {
+        self.weight += weight;
+        self.state =
+            self.state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        let u = (self.state >> 40) as f32 / (1u64 << 24) as f32;
+        let taken = self.source.is_none() || u * self.weight < weight;
+        if taken {
+            (self.source, self.direct) = (Some((source, length)), false);
+        }
+        taken
+    }
+}
+
 impl<'a> Pilots<'a> {
     /// The radiance along a ray, as the technique `path` finds it, and what its light says at the film. `steps` takes down the
     /// events of the strongest contribution.
@@ -92,14 +124,14 @@ impl<'a> Pilots<'a> {
         let mut throughput = Vec3::ONE;
         let mut departure: Option<Departure> = None;
         let mut nodes: Vec<Node<'a>> = Vec::with_capacity(8);
-        let mut end = None;
+        let mut chosen = Chosen::new(first);
         let mut strongest = |nodes: &[Node<'a>], source: &Source, weight: f32| {
             if let Some((most, steps)) = &mut steps
                 && weight > *most
             {
                 *most = weight;
                 *steps = Steps::default();
-                carried(nodes, source, first, self.axes, Some(steps));
+                carried(frame, nodes, source, first, self.axes, Some(steps));
             }
         };
         let weight_of = |brought: Vec3| {
@@ -124,7 +156,7 @@ impl<'a> Pilots<'a> {
                     let source = Source { direction: ray.direction, solid_angle, distance: f32::INFINITY };
                     let weight = weight_of(brought);
                     if weight > 0.0 && nodes.len() == depth as usize {
-                        end = Some((source, weight));
+                        chosen.offer(source, weight, nodes.len());
                         strongest(&nodes, &source, weight);
                     }
                 }
@@ -142,28 +174,22 @@ impl<'a> Pilots<'a> {
             // Light that is seen as it is fills what it fills: a window as large as its way is long.
             let source = Source { direction: ray.direction, solid_angle: 0.1, distance };
             let shining = weight_of(emitted);
-            let shines = (shining > 0.0).then_some((source, shining));
-            if shining > 0.0 {
+            if shining > 0.0 && nodes.len() == depth as usize {
+                chosen.offer(source, shining, nodes.len());
                 strongest(&nodes, &source, shining);
             }
             if depth >= settings.max_depth {
-                if nodes.len() == depth as usize {
-                    end = shines;
-                }
                 break;
             }
             if nodes.len() < MOST {
                 nodes.push(Node {
                     vertex,
                     distance,
-                    velocity: velocity(frame, vertex.surface.instance, vertex.surface.position, ray.time),
+                    hit: hit.filter(|_| collision.is_none()),
+                    time: ray.time,
                     anisotropy: collision.map(|at| at.anisotropy),
-                    bend: if self.carry { bend(frame, &sent, &vertex) } else { None },
-                    ratio: None,
-                    onward: Vec3::ZERO,
+                    ratio: vertex.bsdf.transmits().then(|| vertex.bsdf.index_beyond(vertex.wo)),
                     delta: vertex.bsdf.is_delta_only(),
-                    found: None,
-                    shines,
                 });
             }
             let u = sampler.next_four();
@@ -175,10 +201,8 @@ impl<'a> Pilots<'a> {
                 let brought = self.integrator.bounded(throughput * direct, depth + 1);
                 radiance += brought;
                 let weight = weight_of(brought);
-                if weight > 0.0
-                    && let Some(node) = nodes.get_mut(depth as usize)
-                {
-                    node.found = Some((source, weight));
+                if weight > 0.0 && nodes.len() > depth as usize {
+                    chosen.direct |= chosen.offer(source, weight, nodes.len());
                     strongest(&nodes, &source, weight);
                 }
             }
@@ -186,24 +210,26 @@ impl<'a> Pilots<'a> {
                 self.integrator.next(&vertex, u[3], Vec2::new(v[0], v[1]), v[2], depth, &mut throughput);
             let Some((direction, from)) = next else { break };
             if let Some(node) = nodes.get_mut(depth as usize) {
-                node.onward = direction;
                 node.delta = from.is_none() && node.anisotropy.is_none();
-                let normal = vertex.shading_normal();
-                let (a, b) = (vertex.towards_eye, direction);
-                if normal.dot(a) * normal.dot(b) < 0.0 && node.anisotropy.is_none() {
-                    node.ratio = Some(vertex.bsdf.index_beyond(vertex.wo));
-                }
             }
             departure = from;
             ray = vertex.surface.spawn(direction, ray.time);
             hit = frame.world.closest(&ray);
         }
         if self.carry
-            && let Some((covariance, weight)) = swept(&nodes, end, first, self.axes)
+            && let Some((source, length)) = chosen.source
         {
-            found.covariance.add(&covariance, f64::from(weight));
-            if nodes.first().is_none_or(|node| node.anisotropy.is_none()) {
-                found.of_surfaces += f64::from(weight);
+            let chain = &mut nodes[..length];
+            if chosen.direct
+                && let Some(last) = chain.last_mut()
+            {
+                // Where the path went on from there is not where this light came from.
+                last.delta = false;
+            }
+            let covariance = carried(frame, chain, &source, first, self.axes, None);
+            found.covariance.add(&covariance, f64::from(chosen.weight));
+            if chain.first().is_none_or(|node| node.anisotropy.is_none()) {
+                found.of_surfaces += f64::from(chosen.weight);
             }
         }
         radiance
@@ -238,27 +264,40 @@ impl<'a> Pilots<'a> {
     }
 }
 
-/// How the normal turns from a vertex to two neighbours of it, by rays beside the one that found it. Only where the
-/// surface may be shiny.
-pub(super) fn bend(frame: &Frame, sent: &Ray, vertex: &Vertex) -> Option<[[Vec3; 2]; 2]> {
+/// How the normal turns from a vertex to two neighbours of it, seen from where the ray came from: by the shape's own gradients,
+/// or by rays beside the one that found it. Only where the surface may be shiny.
+pub(super) fn bend(
+    frame: &Frame,
+    vertex: &Vertex,
+    hit: &Hit,
+    time: f32,
+    distance: f32,
+) -> Option<[[Vec3; 2]; 2]> {
     /// The angle between the rays.
     const STEP: f32 = 2e-3;
-    let shiny = vertex.surface.instance != u32::MAX && !vertex.material.is_matt();
-    if !shiny {
+    if vertex.surface.instance == u32::MAX || vertex.material.is_matt() {
         return None;
     }
     let facing = |n: Vec3| if n.dot(vertex.towards_eye) < 0.0 { -n } else { n };
-    let normal = facing(vertex.shading_normal());
-    let x = sent.direction.any_orthonormal_vector();
-    let y = sent.direction.cross(x);
+    let normal = vertex.shading_normal();
+    let size = STEP * distance.max(1e-6);
+    if let Some(found) = frame.world.gradients(hit, time, &vertex.surface) {
+        let side = if vertex.surface.shading_normal.dot(vertex.towards_eye) < 0.0 { -size } else { size };
+        let (x, y) = vertex.surface.geometric_normal.any_orthonormal_pair();
+        return Some([x, y].map(|axis| [size * axis, side * (found.normal * axis)]));
+    }
+    let ahead = -vertex.towards_eye;
+    let origin = vertex.surface.position - ahead * distance;
+    let x = ahead.any_orthonormal_vector();
+    let y = ahead.cross(x);
     let step = |axis: Vec3| {
-        let ray = Ray { direction: (sent.direction + STEP * axis).normalize(), ..*sent };
-        let hit: Hit = frame.world.closest(&ray)?;
-        if hit.instance != vertex.surface.instance {
+        let ray = Ray { time, ..Ray::new(origin, (ahead + STEP * axis).normalize()) };
+        let near: Hit = frame.world.closest(&ray)?;
+        if near.instance != vertex.surface.instance {
             return None;
         }
-        let other = frame.world.surface(&ray, &hit);
-        Some([other.position - vertex.surface.position, facing(other.shading_normal) - normal])
+        let other = frame.world.surface(&ray, &near);
+        Some([other.position - vertex.surface.position, facing(other.shading_normal) - facing(normal)])
     };
     Some([step(x)?, step(y)?])
 }

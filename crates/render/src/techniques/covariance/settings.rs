@@ -36,6 +36,18 @@ choices! {
 }
 
 choices! {
+    /// What textures are averaged over.
+    pub enum Textures, "covariance textures" {
+        /// What the covariance of the path's rays covers, after lobes too.
+        "covariance" => Covariance,
+        /// What differentials of the pixel's ray cover, up to the first lobe: for comparison.
+        "differentials" => Differentials,
+        /// Nothing: as `path` does.
+        "points" => Points,
+    }
+}
+
+choices! {
     /// Where the technique `covariance` puts samples.
     pub enum Sampling, "covariance sampling" {
         /// Where the prediction and the measured variance ask for them.
@@ -71,6 +83,9 @@ record! {
         /// Paths from the eye, or photons from the lights with them: for caustics and for media.
         #[example = "\"photons\""]
         method: Method = Method::Paths,
+        /// What textures and normal maps are averaged over at every vertex, less from sample to sample.
+        #[example = "\"covariance\""]
+        textures: Textures = Textures::Points,
         /// Photons of each pass; a pass is one sample a pixel.
         #[example = "200000"]
         photons: u32 = 65536 => within(1.0, 1e8),
@@ -99,6 +114,7 @@ impl Default for CovarianceSettings {
             reconstruction: Reconstruction::Filtered,
             widest_filter: 4.0,
             method: Method::Paths,
+            textures: Textures::Points,
             photons: 65536,
             kernel: Kernel::Covariance,
             radius: None,

@@ -7,12 +7,16 @@
 
 use glam::Vec3;
 use halflight_frequency::covariance::{
-    Covariance5, Interface, Mean, Steps, henyey_greenstein_peak, lobe_from_log_hessian,
+    Covariance5, Interface, Steps, henyey_greenstein_peak, lobe_from_log_hessian,
 };
+use halflight_material::MaterialKind;
+use halflight_scene::Frame;
 use halflight_scene::lights::luminance;
+use halflight_trace::Hit;
 
 use super::film_axes::FilmAxes;
-use super::look::Edge;
+use super::look::{Edge, velocity};
+use super::pilot::bend;
 use crate::vertex::Vertex;
 
 /// Vertices that a path remembers; light from further away begins at the last of them.
@@ -31,20 +35,14 @@ pub(super) struct Node<'a> {
     pub(super) vertex: Vertex<'a>,
     /// To the vertex before, or to the lens.
     pub(super) distance: f32,
-    pub(super) velocity: Vec3,
+    /// Of the ray that found it; none in a medium.
+    pub(super) hit: Option<Hit>,
+    pub(super) time: f32,
     /// Of a point in a medium.
     pub(super) anisotropy: Option<f32>,
-    /// The shape operator on world axes is unknown; these are normals' changes for two steps on the surface.
-    pub(super) bend: Option<[[Vec3; 2]; 2]>,
-    /// n of the light's side over n of the eye's side, where the path went through.
+    /// n beyond over n of the eye's side, where light may come through.
     pub(super) ratio: Option<f32>,
-    /// The direction on, towards light; known once the path has left.
-    pub(super) onward: Vec3,
     pub(super) delta: bool,
-    /// Light that a sample of the lights found from here, and what it brings to the eye.
-    pub(super) found: Option<(Source, f32)>,
-    /// Light of its own, as it leaves towards the vertex before.
-    pub(super) shines: Option<(Source, f32)>,
 }
 
 /// Light at the beginning of a walk.
@@ -88,78 +86,11 @@ pub(super) fn note(steps: &mut Note, covariance: &Covariance5, name: impl FnOnce
     }
 }
 
-/// Light on its way to a vertex, and how much of it.
-struct Sum {
-    beam: Option<Beam>,
-    weight: f32,
-}
-
-impl Sum {
-    const NOTHING: Self = Self { beam: None, weight: 0.0 };
-
-    /// Adds another beam along the same ray: their weighted mean.
-    fn add(&mut self, mut other: Beam, weight: f32) {
-        let Some(beam) = &mut self.beam else {
-            (self.beam, self.weight) = (Some(other), weight);
-            return;
-        };
-        other.turned(beam.axes[0]);
-        if other.axes[1].dot(beam.axes[1]) < 0.0 {
-            other.covariance = other.covariance.scaled(1, -1.0).scaled(3, -1.0);
-        }
-        let mut mean = Mean::default();
-        mean.add(&beam.covariance, f64::from(self.weight));
-        mean.add(&other.covariance, f64::from(weight));
-        beam.covariance = mean.covariance();
-        self.weight += weight;
-    }
-}
-
-/// All the light of a path at the film, weighted by what it brings: what each vertex finds is joined to what comes to it from
-/// beyond, and both go on together. `end` is what the last ray found.
-pub(super) fn swept(
-    nodes: &[Node],
-    end: Option<(Source, f32)>,
-    ray: Vec3,
-    axes: &FilmAxes,
-) -> Option<(Covariance5, f32)> {
-    let arrive = |source: &Source| source.beam(&mut None);
-    let mut beyond = Sum::NOTHING;
-    if let Some((source, weight)) = &end {
-        beyond.add(arrive(source), *weight);
-    }
-    for (number, node) in nodes.iter().enumerate().rev() {
-        let mut here = Sum::NOTHING;
-        if let Some(beam) = beyond.beam {
-            here.add(past(beam, node, node.onward, &mut None), beyond.weight);
-        }
-        if let Some((source, weight)) = &node.found {
-            here.add(past(arrive(source), node, source.direction, &mut None), *weight);
-        }
-        if number > 0
-            && let Some(beam) = &mut here.beam
-        {
-            beam.covariance = beam.covariance.travel(f64::from(node.distance));
-        }
-        if let Some((source, weight)) = &node.shines {
-            let mut beam = arrive(source);
-            if number == 0 {
-                // The last travel is the camera's.
-                beam.covariance = beam.covariance.travel(-f64::from(node.distance));
-            }
-            here.add(beam, *weight);
-        }
-        beyond = here;
-    }
-    let weight = beyond.weight;
-    Some((to_film(beyond.beam?, nodes, ray, axes, None), weight))
-}
-
 /// Past a vertex.
-fn past(mut beam: Beam, node: &Node, incoming: Vec3, steps: &mut Note) -> Beam {
+fn past(frame: &Frame, mut beam: Beam, node: &Node, incoming: Vec3, steps: &mut Note) -> Beam {
     match node.anisotropy {
-        Some(g) => scatter(&mut beam, node, incoming, g, steps),
-        None => surface(&mut beam, node, incoming, steps),
+        Some(g) => scatter_to(&mut beam, incoming, node.vertex.towards_eye, g, steps),
+        None => surface(frame, &mut beam, node, incoming, steps),
     }
     beam
 }
@@ -191,6 +122,7 @@ impl Source {
 
 /// From the source over the vertices, the last of which it lights, to the film: one contribution alone, for explanations. `ray` is the direction of the eye's first ray.
 pub(super) fn carried(
+    frame: &Frame,
     nodes: &[Node],
     source: &Source,
     ray: Vec3,
@@ -200,7 +132,7 @@ pub(super) fn carried(
     let mut beam = source.beam(&mut steps);
     let mut incoming = source.direction;
     for (number, node) in nodes.iter().enumerate().rev() {
-        beam = past(beam, node, incoming, &mut steps);
+        beam = past(frame, beam, node, incoming, &mut steps);
         incoming = -node.vertex.towards_eye;
         if number > 0 {
             let distance = f64::from(node.distance);
@@ -259,20 +191,28 @@ pub(super) struct Meeting<'m> {
 }
 
 /// Reflection or refraction at a surface.
-fn surface(beam: &mut Beam, node: &Node, incoming: Vec3, steps: &mut Note) {
+fn surface(frame: &Frame, beam: &mut Beam, node: &Node, incoming: Vec3, steps: &mut Note) {
     let vertex = &node.vertex;
+    let instance = vertex.surface.instance;
     let meeting = Meeting {
         name: &vertex.material.name,
         normal: vertex.shading_normal(),
         incoming,
         outgoing: vertex.towards_eye,
-        velocity: node.velocity,
+        velocity: velocity(frame, instance, vertex.surface.position, node.time),
         ratio: node.ratio,
         delta: node.delta,
     };
-    let bend = node.bend.as_ref();
-    let lobe = |axes| lobe(incoming, axes, |d| luminance(vertex.bsdf.eval(vertex.wo, vertex.to_local(d))));
-    meet(beam, &meeting, bend, lobe, steps);
+    let bend = node.hit.as_ref().and_then(|hit| bend(frame, vertex, hit, node.time, node.distance));
+    let lobe = |axes| {
+        if matches!(vertex.material.kind, MaterialKind::Diffuse { .. }) {
+            // ln cos has the second derivatives −1/cos² in the plane and −1 across it.
+            let cos = f64::from(incoming.dot(vertex.shading_normal())).max(0.02);
+            return lobe_from_log_hessian([1.0 / (cos * cos), 0.0, 1.0]);
+        }
+        lobe(incoming, axes, |d| luminance(vertex.bsdf.eval(vertex.wo, vertex.to_local(d))))
+    };
+    meet(beam, &meeting, bend.as_ref(), lobe, steps);
 }
 
 /// Light past a surface that reflects or refracts it. `bend` is as seen from the outgoing side, `lobe` gives the variance of what
@@ -350,11 +290,6 @@ pub(super) fn meet(
             k[2]
         )
     });
-}
-
-/// Scattering at a point of a medium.
-fn scatter(beam: &mut Beam, node: &Node, incoming: Vec3, g: f32, steps: &mut Note) {
-    scatter_to(beam, incoming, node.vertex.towards_eye, g, steps);
 }
 
 /// Light past a point of a medium.

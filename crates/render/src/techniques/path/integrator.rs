@@ -34,6 +34,13 @@ pub(in crate::techniques) struct Departure {
     pdf: f32,
 }
 
+impl Departure {
+    /// The density of the direction.
+    pub(in crate::techniques) fn pdf(&self) -> f32 {
+        self.pdf
+    }
+}
+
 impl<'a> Integrator<'a> {
     pub(in crate::techniques) fn new(frame: &'a Frame, settings: PathSettings) -> Self {
         Self { frame, settings, cutouts: Cutouts::of(frame), in_media: !frame.media.is_empty() }

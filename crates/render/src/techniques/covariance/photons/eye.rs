@@ -8,6 +8,7 @@ use halflight_material::Bsdf;
 use halflight_scene::lights::luminance;
 use halflight_trace::Ray;
 
+use super::super::spread::Spread;
 use super::Photons;
 use super::kernel::Photon;
 use crate::sampler::Sampler;
@@ -47,6 +48,7 @@ impl Eye<'_> {
         &self,
         mut ray: Ray,
         sampler: &mut Sampler,
+        mut spread: Option<(Spread, u32)>,
         passage: &mut Passage,
         mut told: impl FnMut(&Photon, f32),
     ) -> Seen {
@@ -64,7 +66,7 @@ impl Eye<'_> {
             let hit = frame.world.closest(&ray);
             let hit = cutouts.stopping(frame, &mut ray, hit);
             let mut collision = None;
-            if *in_media && open {
+            if *in_media && open && self.photons.complete {
                 let u = sampler.next_four();
                 let end = hit.map_or(f32::INFINITY, |hit| (ray.at(hit.t) - sent.origin).dot(sent.direction));
                 passage.walk(&frame.media, &Ray { t_max: end, ..sent }, &mut Stream::new(u));
@@ -97,9 +99,19 @@ impl Eye<'_> {
                 }
                 break;
             }
+            let mut met = None;
             let vertex = match (collision, &hit) {
                 (Some(at), _) => Vertex::in_medium(frame, &sent, at.t, at.anisotropy),
-                (None, Some(hit)) => Vertex::stopped(frame, &ray, hit),
+                (None, Some(hit)) => match &mut spread {
+                    None => Vertex::stopped(frame, &ray, hit),
+                    Some((spread, _)) => {
+                        let surface = frame.world.surface(&ray, hit);
+                        let way = surface.position.distance(sent.origin);
+                        let (footprint, found) = spread.arrive(frame, &ray, hit, &surface, way);
+                        met = Some(found);
+                        Vertex::stopped_over(frame, &ray, surface, footprint)
+                    }
+                },
                 (None, None) => break,
             };
             if !left_out {
@@ -122,6 +134,16 @@ impl Eye<'_> {
             let next =
                 self.integrator.next(&vertex, u[3], Vec2::new(v[0], v[1]), v[2], depth, &mut throughput);
             let Some((direction, from)) = next else { break };
+            if let Some((spread, index)) = &mut spread {
+                let pdf = from.as_ref().map(Departure::pdf);
+                match (&met, pdf) {
+                    (Some(met), pdf) => spread.leave(&vertex, met, direction, pdf, *index),
+                    (None, pdf) => {
+                        spread.travel(vertex.surface.position.distance(sent.origin));
+                        spread.scatter(direction, pdf.unwrap_or(1.0), *index);
+                    }
+                }
+            }
             let is_smooth = from.is_none();
             open &= is_smooth;
             smooth = match (collision.is_some(), is_smooth) {

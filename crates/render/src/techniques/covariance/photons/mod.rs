@@ -28,7 +28,9 @@ use halflight_trace::DistanceGrid;
 use rayon::prelude::*;
 
 use super::film_axes::FilmAxes;
-use super::settings::{CovarianceSettings, Kernel};
+use super::settings::{CovarianceSettings, Kernel, Textures};
+use super::spread::Spread;
+use crate::camera_sample::CameraSampler;
 use crate::film::Film;
 use crate::looks::Stages;
 use crate::sampler::Sampler;
@@ -173,9 +175,41 @@ impl<'a> Method<'a> {
         let mut sampler = Sampler::new(self.seed, x as u32, y as u32, pass);
         let u = sampler.next_four();
         let pixel = Vec2::new(x as f32 + u[0], y as f32 + u[1]);
-        let ray = view.ray(pixel, Vec2::new(u[2], u[3]), self.time(pass));
+        let (lens, time) = (Vec2::new(u[2], u[3]), self.time(pass));
+        let shutter = self.frame.shutter_is_open();
+        let spread = Spread::of_camera(self.settings.textures, view, pixel, lens, time, shutter, pass);
         let eye = Eye { integrator: &self.integrator, photons };
-        eye.look(ray, &mut sampler, passage, |photon, brought| told(photon.number, photon.radius, brought))
+        let told = |photon: &kernel::Photon, brought: f32| told(photon.number, photon.radius, brought);
+        eye.look(view.ray(pixel, lens, time), &mut sampler, spread, passage, told)
+    }
+}
+
+/// Paths without photons, whose textures are averaged over what they stand for.
+pub(super) struct Averaged<'a> {
+    integrator: &'a Integrator<'a>,
+    nothing: Photons,
+    textures: Textures,
+}
+
+impl<'a> Averaged<'a> {
+    pub(super) fn new(integrator: &'a Integrator<'a>, textures: Textures) -> Self {
+        Self { integrator, nothing: Photons::default(), textures }
+    }
+
+    /// The radiance of a sample of a pixel, which is number `index` of all of its pixel.
+    pub(super) fn radiance(
+        &self,
+        camera: &CameraSampler,
+        [x, y]: [usize; 2],
+        sample: u32,
+        index: u32,
+    ) -> Vec3 {
+        let ((pixel, lens, time), mut sampler) = camera.place(x, y, sample);
+        let (view, shutter) = (camera.view(), self.integrator.frame.shutter_is_open());
+        let spread = Spread::of_camera(self.textures, view, pixel, lens, time, shutter, index);
+        let eye = Eye { integrator: self.integrator, photons: &self.nothing };
+        let ray = view.ray(pixel, lens, time);
+        eye.look(ray, &mut sampler, spread, &mut Passage::default(), |_, _| ()).radiance
     }
 }
 
