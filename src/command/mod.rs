@@ -16,6 +16,7 @@ mod interrupt;
 mod merge;
 mod output;
 mod parse;
+mod plot;
 mod progress;
 mod render;
 mod resources;

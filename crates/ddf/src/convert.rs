@@ -7,7 +7,7 @@ use halflight_sh::Sh;
 use halflight_shape::TriangleMesh;
 use rayon::prelude::*;
 
-use crate::field::DirectedField;
+use crate::field::{DirectedField, FieldHit};
 
 /// Directions spread evenly over the sphere (Fibonacci's spiral).
 #[must_use]
@@ -49,19 +49,52 @@ impl DirectedField {
         let (low, step) = (0.5 * (low + high) - 0.5 * size, size / (posts - 1) as f32);
         let around = even_directions(directions.max(1));
         let count = (posts as usize).pow(3);
-        let values = (0..count)
-            .into_par_iter()
-            .with_min_len(64)
-            .map(|index| {
-                let at = UVec3::new(
-                    index as u32 % posts,
-                    index as u32 / posts % posts,
-                    index as u32 / (posts * posts),
-                );
-                self.unsigned_distance(low + at.as_vec3() * step, &around)
-            })
-            .collect();
+        let place = |index: usize| {
+            let index = index as u32;
+            low + UVec3::new(index % posts, index / posts % posts, index / (posts * posts)).as_vec3() * step
+        };
+        let values = if self.prefers_many() {
+            let mut values = Vec::with_capacity(count);
+            for plane in (0..count).step_by((posts * posts) as usize) {
+                let places = plane..plane + (posts * posts) as usize;
+                let rays: Vec<(Vec3, Vec3)> =
+                    places.flat_map(|index| around.iter().map(move |&omega| (place(index), omega))).collect();
+                let said = self.query_many(&rays);
+                let least = |hits: &[(Option<FieldHit>, f32)]| {
+                    hits.iter()
+                        .filter_map(|(hit, _)| Some(hit.as_ref()?.distance))
+                        .fold(f32::INFINITY, f32::min)
+                };
+                values.extend(said.chunks(around.len()).map(least));
+            }
+            values
+        } else {
+            let one = |index| self.unsigned_distance(place(index), &around);
+            (0..count).into_par_iter().with_min_len(64).map(one).collect()
+        };
         DistanceGrid { posts, low, step, values }
+    }
+
+    /// The field as a solid: the surface that is seen from far away, hollows within closed, as a mesh.
+    ///
+    /// The shell around the surface at a distance d of the [`DirectedField::distance_grid`], its outer side alone, moved in
+    /// by d along its normals. What is thinner than a step of the grid comes out about as thick.
+    #[must_use]
+    pub fn solid(&self, posts: u32, directions: usize) -> TriangleMesh {
+        let grid = self.distance_grid(posts, directions);
+        // Less than a step would leave holes between posts.
+        let shell = 0.8 * grid.step;
+        let mut mesh = grid.filled(shell).surface(shell);
+        let mut normals = vec![Vec3::ZERO; mesh.positions.len()];
+        for triangle in &mesh.triangles {
+            let [a, b, c] = triangle.map(|vertex| mesh.positions[vertex as usize]);
+            let normal = (b - a).cross(c - a);
+            triangle.iter().for_each(|&vertex| normals[vertex as usize] += normal);
+        }
+        for (position, normal) in mesh.positions.iter_mut().zip(normals) {
+            *position -= shell * normal.normalize_or_zero();
+        }
+        mesh
     }
 
     /// The least φ over some directions, refined; infinite where none sees anything.
@@ -107,6 +140,30 @@ impl DirectedField {
 }
 
 impl DistanceGrid {
+    /// The same grid with 0 wherever no way of posts farther from the surface than `distance` leads to the border.
+    #[must_use]
+    pub fn filled(mut self, distance: f32) -> DistanceGrid {
+        let n = self.posts as usize;
+        let mut open = vec![false; self.values.len()];
+        let on_border = |i: usize| [i % n, i / n % n, i / (n * n)].iter().any(|&c| c == 0 || c == n - 1);
+        let mut going: Vec<usize> = (0..open.len()).filter(|&i| on_border(i)).collect();
+        going.iter().for_each(|&i| open[i] = true);
+        while let Some(i) = going.pop() {
+            for (axis, step) in [1, n, n * n].into_iter().enumerate() {
+                let along = [i % n, i / n % n, i / (n * n)][axis];
+                let next = [(along > 0).then(|| i - step), (along + 1 < n).then(|| i + step)];
+                for j in next.into_iter().flatten() {
+                    if !open[j] && self.values[j] > distance {
+                        open[j] = true;
+                        going.push(j);
+                    }
+                }
+            }
+        }
+        self.values.iter_mut().zip(open).for_each(|(value, open)| *value = if open { *value } else { 0.0 });
+        self
+    }
+
     /// The surface at a distance, as a mesh: surface nets (Gibson 1998): a vertex in each cell that the surface crosses,
     /// at the mean of its crossings, and a quadrilateral for each edge. Around an unsigned distance it is a shell on both
     /// sides of the surface.

@@ -6,7 +6,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::fast::field::{FastField, GridRay};
 use crate::fast::shape::FastShape;
+use crate::seed::field::{BOUND, UnitHit};
+use crate::seed::{SeedNetwork, SeedShape};
 use crate::unit::{UnitSpace, grid_to_unit, unit_to_grid};
+use rayon::prelude::*;
 
 /// What is known of a field's errors, in units of the unit sphere; measured after training, on rays that were not
 /// trained on.
@@ -46,7 +49,7 @@ pub struct Provenance {
 /// A field φ(x, ω), ξ(x, ω) that was learned from a mesh.
 #[derive(Clone, Debug)]
 pub struct DirectedField {
-    pub(crate) fast: FastField,
+    pub(crate) form: Form,
     unit: UnitSpace,
     /// Object to grid: g = x · scale + offset.
     grid_scale: f32,
@@ -55,6 +58,22 @@ pub struct DirectedField {
     pub error: MeasuredError,
     /// Where it came from.
     pub provenance: Provenance,
+}
+
+/// What was learned.
+#[derive(Clone, Debug)]
+pub(crate) enum Form {
+    Fast(Box<FastField>),
+    Seed(Box<SeedNetwork>),
+}
+
+/// The sizes of a field.
+#[derive(Clone, Debug, PartialEq)]
+pub enum FieldShape {
+    /// Of the fast one.
+    Fast(FastShape),
+    /// Of the seed's network.
+    Seed(SeedShape),
 }
 
 /// What a field answers where a surface is seen.
@@ -85,13 +104,23 @@ pub(crate) fn cell_of_number(number: u32) -> UVec3 {
     UVec3::new(number & 511, number >> 9 & 511, number >> 18 & 511)
 }
 
+fn of_seed(hit: &UnitHit, length: f32) -> FieldHit {
+    FieldHit {
+        distance: hit.t / length,
+        logit: hit.logit,
+        least_logit: hit.logit,
+        cell: UVec3::ZERO,
+        start: hit.start / length,
+    }
+}
+
 impl DirectedField {
     pub(crate) fn new(fast: FastField, unit: UnitSpace) -> DirectedField {
         let r = fast.shape.resolution;
         let grid_scale = unit.scale * UnitSpace::cells_per_unit(r);
         let grid_offset = unit_to_grid(unit.to_unit(Vec3::ZERO), r);
         DirectedField {
-            fast,
+            form: Form::Fast(Box::new(fast)),
             unit,
             grid_scale,
             grid_offset,
@@ -100,10 +129,42 @@ impl DirectedField {
         }
     }
 
+    /// The field of the seed's network, which was trained in the unit sphere of a mesh.
+    #[must_use]
+    pub fn of_seed(network: SeedNetwork, unit: UnitSpace) -> DirectedField {
+        DirectedField {
+            form: Form::Seed(Box::new(network)),
+            unit,
+            grid_scale: unit.scale,
+            grid_offset: unit.to_unit(Vec3::ZERO),
+            error: MeasuredError::default(),
+            provenance: Provenance::default(),
+        }
+    }
+
     /// The sizes of the field.
     #[must_use]
-    pub fn shape(&self) -> &FastShape {
-        &self.fast.shape
+    pub fn shape(&self) -> FieldShape {
+        match &self.form {
+            Form::Fast(fast) => FieldShape::Fast(fast.shape.clone()),
+            Form::Seed(network) => FieldShape::Seed(network.shape()),
+        }
+    }
+
+    /// The length below which the field tells nothing apart, in units: a cell of the fast field; for the seed's network as
+    /// much as a cell of the default resolution.
+    pub(crate) fn grain(&self) -> f32 {
+        let resolution = match &self.form {
+            Form::Fast(fast) => fast.shape.resolution,
+            Form::Seed(_) => FastShape::default().resolution,
+        };
+        1.0 / UnitSpace::cells_per_unit(resolution)
+    }
+
+    /// Whether a ray asked alone costs much more than one asked with [`DirectedField::query_many`].
+    #[must_use]
+    pub fn prefers_many(&self) -> bool {
+        matches!(self.form, Form::Seed(_))
     }
 
     /// From the object's own space to the unit sphere.
@@ -115,38 +176,57 @@ impl DirectedField {
     /// Lower and upper corner of all that can be hit, in the object's own space.
     #[must_use]
     pub fn bounds(&self) -> (Vec3, Vec3) {
-        let (low, high) = self.fast.cells.bounds();
-        let r = self.fast.shape.resolution;
-        let margin = self.fast.shape.margin;
-        let out = |p: Vec3| self.unit.from_unit(grid_to_unit(p, r));
-        (out(low - margin), out(high + margin))
+        match &self.form {
+            Form::Fast(fast) => {
+                let (low, high) = fast.cells.bounds();
+                let r = fast.shape.resolution;
+                let margin = fast.shape.margin;
+                let out = |p: Vec3| self.unit.from_unit(grid_to_unit(p, r));
+                (out(low - margin), out(high + margin))
+            }
+            Form::Seed(_) => {
+                (self.unit.from_unit(Vec3::splat(-BOUND)), self.unit.from_unit(Vec3::splat(BOUND)))
+            }
+        }
     }
 
-    /// Cells that the surface passes through.
+    /// Cells that the surface passes through; 1 for the seed's network, which has no cells.
     #[must_use]
     pub fn occupied_cells(&self) -> usize {
-        self.fast.cells.count()
+        match &self.form {
+            Form::Fast(fast) => fast.cells.count(),
+            Form::Seed(_) => 1,
+        }
     }
 
     /// Numbers that were learned.
     #[must_use]
     pub fn parameters(&self) -> usize {
-        self.fast.parameters()
+        match &self.form {
+            Form::Fast(fast) => fast.parameters(),
+            Form::Seed(network) => network.parameters(),
+        }
     }
 
     /// Bytes held in memory.
     #[must_use]
     pub fn memory_bytes(&self) -> usize {
-        size_of::<Self>() + self.fast.memory_bytes()
+        size_of::<Self>()
+            + match &self.form {
+                Form::Fast(fast) => size_of::<FastField>() + fast.memory_bytes(),
+                Form::Seed(network) => network.memory_bytes(),
+            }
     }
 
     /// Uses the vector instructions of a level.
     pub fn set_simd(&mut self, simd: Simd) {
-        self.fast.set_simd(simd);
+        if let Form::Fast(fast) = &mut self.form {
+            fast.set_simd(simd);
+        }
     }
 
-    /// The ray in grid space and the length of its direction there; `None` for a direction of no length, or numbers
-    /// that are not finite.
+    /// The ray in grid space (for the seed's network the unit sphere) and the length of its direction there; `None` for a
+    /// direction of no length, or numbers that are not finite.
     #[inline]
     fn to_grid(&self, x: Vec3, omega: Vec3, t_max: f32) -> Option<(GridRay, f32)> {
         let direction = omega * self.grid_scale;
@@ -169,15 +249,43 @@ impl DirectedField {
     #[must_use]
     pub fn query_with_doubt(&self, x: Vec3, omega: Vec3, t_max: f32) -> (Option<FieldHit>, f32) {
         let Some((ray, length)) = self.to_grid(x, omega, t_max) else { return (None, f32::INFINITY) };
-        let (hit, least) = self.fast.march(ray);
-        let hit = hit.map(|hit| FieldHit {
-            distance: hit.t / length,
-            logit: hit.logit,
-            least_logit: hit.least_logit,
-            cell: hit.cell,
-            start: hit.start / length,
-        });
-        (hit, least)
+        match &self.form {
+            Form::Fast(fast) => {
+                let (hit, least) = fast.march(ray);
+                let hit = hit.map(|hit| FieldHit {
+                    distance: hit.t / length,
+                    logit: hit.logit,
+                    least_logit: hit.least_logit,
+                    cell: hit.cell,
+                    start: hit.start / length,
+                });
+                (hit, least)
+            }
+            Form::Seed(network) => {
+                let (hit, logit) = network.one(ray.origin, ray.direction, ray.t_max);
+                (hit.map(|hit| of_seed(&hit, length)), logit)
+            }
+        }
+    }
+
+    /// [`DirectedField::query_with_doubt`] for many rays (x, ω) without an end.
+    #[must_use]
+    pub fn query_many(&self, rays: &[(Vec3, Vec3)]) -> Vec<(Option<FieldHit>, f32)> {
+        let Form::Seed(network) = &self.form else {
+            let one = |&(x, omega): &(Vec3, Vec3)| self.query_with_doubt(x, omega, f32::INFINITY);
+            return rays.par_iter().with_min_len(64).map(one).collect();
+        };
+        let grid: Vec<Option<(GridRay, f32)>> =
+            rays.iter().map(|&(x, omega)| self.to_grid(x, omega, f32::INFINITY)).collect();
+        let asked: Vec<(Vec3, Vec3)> =
+            grid.iter().flatten().map(|(ray, _)| (ray.origin, ray.direction)).collect();
+        let mut said = network.many(&asked).into_iter();
+        grid.into_iter()
+            .map(|ray| match ray.and_then(|(_, length)| Some((length, said.next()?))) {
+                Some((length, (hit, logit))) => (hit.map(|hit| of_seed(&hit, length)), logit),
+                None => (None, f32::INFINITY),
+            })
+            .collect()
     }
 
     /// ξ(x, ω): whether anything is seen.
@@ -192,7 +300,10 @@ impl DirectedField {
     #[must_use]
     pub fn gradient(&self, x: Vec3, omega: Vec3, hit: &FieldHit) -> Vec3 {
         let Some((ray, length)) = self.to_grid(x, omega, f32::INFINITY) else { return Vec3::ZERO };
-        let (_, gradient) = self.fast.gradient(&ray, hit.cell, hit.start * length);
+        let gradient = match &self.form {
+            Form::Fast(fast) => fast.gradient(&ray, hit.cell, hit.start * length).1,
+            Form::Seed(network) => network.gradient(ray.origin, ray.direction, hit.start * length),
+        };
         gradient * (self.grid_scale / length)
     }
 

@@ -6,6 +6,12 @@
 //! | `cells` | U64 [R/4, R/4, R/4] | a bit for each cell of a block of 4³, x fastest |
 //! | `features.N` | I16 [vertices, F] | features of grid N, times `scales[N]`, in the order of blocks and bits |
 //! | `network` | F32 [n] | weights (inputs × outputs) and biases of each layer |
+//!
+//! A field of the seed's network has its JSON under `halflight-ddf-seed` and these tensors:
+//!
+//! | tensor | type | what |
+//! |---|---|---|
+//! | `layer.N` | F32 [n] | v (neuron by neuron), g and biases of layer N; the last has 32 neurons, of which the first counts |
 
 use std::collections::HashMap;
 use std::io::Write as _;
@@ -18,14 +24,16 @@ use serde::{Deserialize, Serialize};
 
 use crate::fast::field::FastField;
 use crate::fast::shape::FastShape;
-use crate::field::{DirectedField, MeasuredError, Provenance};
+use crate::field::{DirectedField, Form, MeasuredError, Provenance};
 use crate::grid::{Cells, Level};
+use crate::seed::{SeedNetwork, SeedShape};
 use crate::unit::UnitSpace;
 
 /// The version of field files that is written and read.
 pub const FIELD_VERSION: u32 = 1;
 
 const KEY: &str = "halflight-ddf";
+const SEED_KEY: &str = "halflight-ddf-seed";
 const ASKED: &str = "field of directed distances";
 
 #[derive(Debug, Serialize, Deserialize)]
@@ -34,6 +42,15 @@ struct Header {
     shape: FastShape,
     unit: UnitSpace,
     scales: Vec<f32>,
+    error: MeasuredError,
+    provenance: Provenance,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+struct SeedHeader {
+    version: u32,
+    shape: SeedShape,
+    unit: UnitSpace,
     error: MeasuredError,
     provenance: Provenance,
 }
@@ -48,7 +65,31 @@ impl DirectedField {
     /// The bytes of the field's file.
     #[must_use]
     pub fn encode(&self) -> Vec<u8> {
-        let fast = &self.fast;
+        match &self.form {
+            Form::Fast(fast) => self.encode_fast(fast),
+            Form::Seed(network) => self.encode_seed(network),
+        }
+    }
+
+    fn encode_seed(&self, network: &SeedNetwork) -> Vec<u8> {
+        let header = SeedHeader {
+            version: FIELD_VERSION,
+            shape: network.shape(),
+            unit: self.unit(),
+            error: self.error,
+            provenance: self.provenance.clone(),
+        };
+        let layers: Vec<Vec<u8>> =
+            network.values().map(|values| values.iter().flat_map(|v| v.to_le_bytes()).collect()).collect();
+        let tensors = layers.iter().enumerate().filter_map(|(number, bytes)| {
+            let view = TensorView::new(Dtype::F32, vec![bytes.len() / 4], bytes).ok()?;
+            Some((format!("layer.{number}"), view))
+        });
+        let text = serde_json::to_string(&header).unwrap_or_default();
+        serialize(tensors, Some(HashMap::from([(SEED_KEY.to_string(), text)]))).unwrap_or_default()
+    }
+
+    fn encode_fast(&self, fast: &FastField) -> Vec<u8> {
         let header = Header {
             version: FIELD_VERSION,
             shape: fast.shape.clone(),
@@ -112,51 +153,47 @@ const CUT: &str = "the file may have been cut off in copying: copy it again, or 
 fn decode(bytes: &[u8]) -> Result<DirectedField, Story> {
     let (length, metadata) = SafeTensors::read_metadata(bytes)
         .map_err(|error| (format!("not a whole safetensors file: {error}"), CUT))?;
-    let text =
-        metadata.metadata().as_ref().and_then(|map| map.get(KEY)).ok_or_else(|| {
-            ("a safetensors file that holds no field of directed distances".to_string(), AGAIN)
-        })?;
+    let keys = metadata.metadata().as_ref();
+    let text_of = |key: &str| keys.and_then(|map| map.get(key));
+    let (text, is_seed) = match (text_of(KEY), text_of(SEED_KEY)) {
+        (Some(text), _) => (text, false),
+        (None, Some(text)) => (text, true),
+        (None, None) => {
+            return Err(("a safetensors file that holds no field of directed distances".into(), AGAIN));
+        }
+    };
     let Versioned { version } =
         serde_json::from_str(text).map_err(|error| (format!("a broken header: {error}"), AGAIN))?;
     if version != FIELD_VERSION {
         let found = format!("a field of version {version}; this halflight reads version {FIELD_VERSION}");
         return Err((found, AGAIN));
     }
+    let tensors = || {
+        SafeTensors::deserialize(bytes).map_err(|error| {
+            (format!("not a whole safetensors file of {length} bytes of header: {error}"), CUT)
+        })
+    };
+    if is_seed {
+        return decode_seed(text, &tensors()?);
+    }
     let header: Header =
         serde_json::from_str(text).map_err(|error| (format!("a broken header: {error}"), AGAIN))?;
     header.shape.check().map_err(|problem| (format!("a header whose {problem}"), AGAIN))?;
-    let unit = header.unit;
-    if !(unit.scale > 0.0 && unit.scale.is_finite() && unit.center.iter().all(|v| v.is_finite())) {
-        return Err((
-            format!("bounds that are no bounds: center {:?}, scale {}", unit.center, unit.scale),
-            AGAIN,
-        ));
-    }
-    let e = header.error;
-    let errors = [e.depth_mean, e.depth_p95, e.across_p95, e.visibility, e.normal_mean_degrees, e.chamfer_e3];
-    if errors.iter().any(|v| !v.is_finite() || *v < 0.0) {
-        return Err(("measured errors that are negative or not finite".into(), AGAIN));
-    }
+    check(&header.unit, &header.error)?;
     if header.scales.len() != header.shape.levels.len()
         || header.scales.iter().any(|v| !(v.is_finite() && *v > 0.0))
     {
         let found = format!("scales {:?} for {} grids", header.scales, header.shape.levels.len());
         return Err((found, AGAIN));
     }
-    let tensors = SafeTensors::deserialize(bytes).map_err(|error| {
-        (format!("not a whole safetensors file of {length} bytes of header: {error}"), CUT)
-    })?;
+    let tensors = tensors()?;
     let along = (header.shape.resolution / 4) as usize;
     let words = tensor(&tensors, "cells", Dtype::U64, &[along; 3])?;
     let words = words.as_chunks::<8>().0.iter().map(|bytes| u64::from_le_bytes(*bytes)).collect();
     let cells = Cells::from_blocks(header.shape.resolution, words)
         .ok_or_else(|| ("another number of cells than the header's resolution has".to_string(), AGAIN))?;
     let network = tensor(&tensors, "network", Dtype::F32, &[header.shape.network_len()])?;
-    let network: Vec<f32> =
-        network.as_chunks::<4>().0.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect();
-    if let Some(index) = network.iter().position(|v| !v.is_finite()) {
-        return Err((format!("a network whose number {index} is {}", network[index]), AGAIN));
-    }
+    let network = numbers(network, "a network")?;
     let mut tables = Vec::new();
     for (number, &shift) in header.shape.levels.iter().enumerate() {
         let count = Level::new(&cells, shift).count();
@@ -169,6 +206,45 @@ fn decode(bytes: &[u8]) -> Result<DirectedField, Story> {
     field.error = header.error;
     field.provenance = header.provenance;
     Ok(field)
+}
+
+fn decode_seed(text: &str, tensors: &SafeTensors<'_>) -> Result<DirectedField, Story> {
+    let header: SeedHeader =
+        serde_json::from_str(text).map_err(|error| (format!("a broken header: {error}"), AGAIN))?;
+    header.shape.check().map_err(|problem| (format!("a header with {problem}"), AGAIN))?;
+    check(&header.unit, &header.error)?;
+    let mut values = Vec::new();
+    for (number, length) in SeedNetwork::lengths(&header.shape).into_iter().enumerate() {
+        let name = format!("layer.{number}");
+        let layer = tensor(tensors, &name, Dtype::F32, &[length])?;
+        values.push(numbers(layer, &format!("a layer {number}"))?);
+    }
+    let mut field = DirectedField::of_seed(SeedNetwork::from_values(&header.shape, values), header.unit);
+    field.error = header.error;
+    field.provenance = header.provenance;
+    Ok(field)
+}
+
+/// Whether space and errors are such.
+fn check(unit: &UnitSpace, e: &MeasuredError) -> Result<(), Story> {
+    if !(unit.scale > 0.0 && unit.scale.is_finite() && unit.center.iter().all(|v| v.is_finite())) {
+        let found = format!("bounds that are no bounds: center {:?}, scale {}", unit.center, unit.scale);
+        return Err((found, AGAIN));
+    }
+    let errors = [e.depth_mean, e.depth_p95, e.across_p95, e.visibility, e.normal_mean_degrees, e.chamfer_e3];
+    if errors.iter().any(|v| !v.is_finite() || *v < 0.0) {
+        return Err(("measured errors that are negative or not finite".into(), AGAIN));
+    }
+    Ok(())
+}
+
+/// Little-endian numbers, all finite.
+fn numbers(bytes: &[u8], what: &str) -> Result<Vec<f32>, Story> {
+    let values: Vec<f32> = bytes.as_chunks::<4>().0.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect();
+    match values.iter().position(|v| !v.is_finite()) {
+        Some(index) => Err((format!("{what} whose number {index} is {}", values[index]), AGAIN)),
+        None => Ok(values),
+    }
 }
 
 fn tensor<'a>(

@@ -9,12 +9,14 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::{Vec2, Vec3};
-use halflight_trace::{LocalHit, LocalSurface, MeshTracer, Ray, RayGeometry};
+use halflight_trace::{FallbackCounts, LocalHit, LocalSurface, MeshTracer, Ray, RayGeometry};
 
 use crate::field::{DirectedField, FieldHit, cell_of_number};
 
 /// Bit of a primitive's number that says that the mesh answered.
 const OF_MESH: u32 = 1 << 31;
+/// Bit that says that the whole mesh was asked.
+const FELL_BACK: u32 = 1 << 30;
 
 /// A field that answers rays, with or without a mesh to fall back to.
 #[derive(Clone, Debug)]
@@ -29,17 +31,6 @@ struct Counts {
     asked: AtomicU64,
     confirmed: AtomicU64,
     fell_back: AtomicU64,
-}
-
-/// How often the mesh was needed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct FallbackCounts {
-    /// Rays that were asked while there was a mesh.
-    pub asked: u64,
-    /// Hits of the field that the mesh confirmed nearby.
-    pub confirmed: u64,
-    /// Rays that were asked of the whole mesh.
-    pub fell_back: u64,
 }
 
 /// Where an answer came from.
@@ -108,7 +99,8 @@ impl FieldTracer {
             }
         }
         self.counts.fell_back.fetch_add(1, Ordering::Relaxed);
-        let found = mesh.closest(ray).map(|hit| LocalHit { primitive: hit.primitive | OF_MESH, ..hit });
+        let found =
+            mesh.closest(ray).map(|hit| LocalHit { primitive: hit.primitive | OF_MESH | FELL_BACK, ..hit });
         (found, Answered::Mesh)
     }
 
@@ -154,7 +146,8 @@ impl RayGeometry for FieldTracer {
         if let Some(mesh) = &self.mesh
             && hit.primitive & OF_MESH != 0
         {
-            return mesh.surface(ray, &LocalHit { primitive: hit.primitive & !OF_MESH, ..*hit });
+            return mesh
+                .surface(ray, &LocalHit { primitive: hit.primitive & !(OF_MESH | FELL_BACK), ..*hit });
         }
         let field_hit = FieldHit {
             distance: hit.t,
@@ -176,6 +169,23 @@ impl RayGeometry for FieldTracer {
             color: Vec3::ONE,
             material_slot: 0,
         }
+    }
+
+    fn fallback(&self) -> Option<FallbackCounts> {
+        self.mesh.as_ref().map(|_| self.fallback_counts())
+    }
+
+    fn fell_back(&self, primitive: u32) -> bool {
+        self.mesh.is_some() && primitive & FELL_BACK != 0
+    }
+
+    /// FNV-1a of the field's file, and whether there is a mesh.
+    fn identity(&self) -> u64 {
+        let start = 0xcbf2_9ce4_8422_2325 ^ u64::from(self.mesh.is_some());
+        self.field
+            .encode()
+            .into_iter()
+            .fold(start, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
     }
 
     fn primitives(&self) -> usize {

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 use halflight_ddf::{
     FieldSample, Inside, SampleScheme, SeedOptions, SeedSchedule, SeedTrainer, UnitSpace, draw_samples,
+    mesh_hash,
 };
 use halflight_shape::TriangleMesh;
 use halflight_shape::procedural::mesh::{cuboid, ico_sphere, torus};
@@ -143,19 +144,29 @@ fn files_of_samples_come_back_as_they_were_and_broken_ones_are_refused() {
     let samples = draw_samples(&mesh, SampleScheme::PointOfView { azimuths: 3, polars: 2, pixels: 8 }, 1);
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("ring.samples");
-    FieldSample::save(&samples, &path).expect("written");
-    assert_eq!(FieldSample::load(&path).expect("read"), samples);
+    let hash = mesh_hash(&ring);
+    FieldSample::save(&samples, &hash, &path).expect("written");
+    assert_eq!(FieldSample::load(&path, &hash).expect("read"), samples);
     let bytes = std::fs::read(&path).expect("bytes");
+    let other = FieldSample::load(&path, "0123456789abcdef").expect_err("of another mesh").to_string();
+    assert!(other.contains("another mesh") && other.contains("0123456789abcdef"), "{other}");
+    let mut flipped = bytes.clone();
+    let last = flipped.len() - 28;
+    flipped[last] ^= 1;
+    let lines = |text: &str| format!("halflight-ddf-samples {text}\n").replace("HASH", &hash).into_bytes();
     for (broken, story) in [
         (bytes[..bytes.len() - 3].to_vec(), "whole samples"),
-        (b"halflight-ddf-samples 9 0\n".to_vec(), "version 9"),
-        (b"halflight-ddf-samples 1 99999999999999999\n".to_vec(), "whole samples"),
+        (flipped, "whose sum is"),
+        (lines("9 0"), "version 9"),
+        (lines("2 99999999999999999 HASH 0"), "whole samples"),
+        (lines("2 -1 HASH 0"), "as the number of samples"),
+        (lines("2 1"), "the first line"),
         (b"something else\n".to_vec(), "the first line"),
         (Vec::new(), "no header line"),
-        ([&b"halflight-ddf-samples 1 1\n"[..], &[0xff; 28]].concat(), "sample 0"),
+        ([&lines("2 1 HASH 0")[..], &[0xff; 28]].concat(), "sample 0"),
     ] {
         std::fs::write(&path, broken).expect("written");
-        let error = FieldSample::load(&path).expect_err("broken").to_string();
+        let error = FieldSample::load(&path, &hash).expect_err("broken").to_string();
         assert!(error.contains(story), "{error}");
     }
 }

@@ -4,7 +4,10 @@ use std::path::Path;
 use std::sync::Arc;
 
 use glam::Vec3;
-use halflight_ddf::{DdfError, DirectedField, FastShape, FastTrainer, FieldTracer, TrainOptions, evaluate};
+use halflight_ddf::{
+    DdfError, DirectedField, FastShape, FastTrainer, FieldShape, FieldTracer, SampleScheme, SeedOptions,
+    SeedTrainer, TrainOptions, UnitSpace, draw_samples, evaluate,
+};
 use halflight_shape::TriangleMesh;
 use halflight_shape::procedural::mesh::torus;
 use halflight_trace::{MeshTracer, Ray, RayGeometry};
@@ -264,4 +267,103 @@ fn with_its_mesh_a_field_answers_as_the_mesh_does() {
     assert!(same as f32 > 0.998 * rays as f32, "{same} of {rays}");
     let counts = tracer.fallback_counts();
     assert!(counts.asked == 4000 && counts.fell_back > 0, "{counts:?}");
+}
+
+#[test]
+fn a_ring_is_learned_from_samples_alone() {
+    let mesh = ring();
+    let unit = UnitSpace::of_mesh(&mesh).expect("a ring has a size");
+    let unit_mesh = Arc::new(unit.mesh_to_unit(&mesh));
+    let learned = |count: usize| {
+        let samples = draw_samples(&unit_mesh, SampleScheme::Random { count }, 1);
+        let mut trainer = FastTrainer::from_samples(&mesh, samples, options()).expect("samples to learn");
+        for step in 0..600 {
+            trainer.step(step as f32 / 600.0).expect("training goes on");
+        }
+        evaluate(&trainer.field(), &unit_mesh, 4000, 3)
+    };
+    let (few, many) = (learned(300), learned(200_000));
+    assert!(many.primary.visibility > 0.96, "{many:?}");
+    assert!(many.clouds.chamfer_e3 < 1.5 * many.floor_e3, "{many:?}");
+    assert!(few.primary.visibility < many.primary.visibility, "{few:?}");
+    assert!(FastTrainer::from_samples(&mesh, Vec::new(), options()).is_err());
+}
+
+#[test]
+fn a_training_from_samples_resumes_with_the_same_samples_only() {
+    let mesh = ring();
+    let unit = UnitSpace::of_mesh(&mesh).expect("a ring has a size");
+    let unit_mesh = Arc::new(unit.mesh_to_unit(&mesh));
+    let from = |seed| {
+        let samples = draw_samples(&unit_mesh, SampleScheme::Random { count: 2000 }, seed);
+        FastTrainer::from_samples(&mesh, samples, options()).expect("samples to learn")
+    };
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("ring.checkpoint");
+    let mut first = from(1);
+    first.step(0.0).expect("a step");
+    first.save_checkpoint(&path).expect("saved");
+    from(1).resume(&path).expect("the same samples");
+    assert!(from(2).resume(&path).expect_err("others").to_string().contains("other samples"));
+}
+
+#[test]
+fn the_network_of_002_is_a_field_like_any_other() {
+    let mesh = ring();
+    let unit = UnitSpace::of_mesh(&mesh).expect("a ring has a size");
+    let unit_mesh = Arc::new(unit.mesh_to_unit(&mesh));
+    let samples =
+        draw_samples(&unit_mesh, SampleScheme::Surface { faces: 20, directions: 4, marching: 4 }, 1);
+    let sizes = SeedOptions { layers: 3, width: 64, ..SeedOptions::default() };
+    let mut trainer = SeedTrainer::new(samples, sizes).expect("samples to learn");
+    for step in 0..900 {
+        trainer.step(step as f32 / 900.0).expect("training goes on");
+    }
+    let field = DirectedField::of_seed(trainer.network(), unit);
+    let found = evaluate(&field, &unit_mesh, 3000, 3);
+    assert!(found.primary.visibility > 0.9, "{found:?}");
+    assert!(found.primary.depth_median < 0.1, "{found:?}");
+    // Its file, whole and broken.
+    let bytes = field.encode();
+    let again = DirectedField::decode(&bytes, Path::new("seed.ddf")).expect("what was written can be read");
+    assert!(again.encode() == bytes && matches!(again.shape(), FieldShape::Seed(ref s) if s.width == 64));
+    for length in [0, 8, 100, bytes.len() / 2, bytes.len() - 1] {
+        story(&bytes[..length]);
+    }
+    let at = bytes.windows(14).position(|w| w == b"\\\"width\\\":64,\\").expect("the width is there");
+    let mut wide = bytes.clone();
+    wide[at + 10..at + 12].copy_from_slice(b"96");
+    assert!(story(&wide).contains("where the header asks"));
+    let mut broken = bytes.clone();
+    let last = broken.len() - 4;
+    broken[last..].copy_from_slice(&f32::NAN.to_le_bytes());
+    assert!(story(&broken).contains("NaN"));
+    // Rays, odd ones among them.
+    let tracer = FieldTracer::new(Arc::new(again));
+    let (x, omega) = (Vec3::new(13.0, 8.0, -5.0), Vec3::NEG_Y);
+    let ray = Ray::new(x, omega);
+    let hit = tracer.closest(&ray).expect("the tube is below");
+    assert!((hit.t - 7.0).abs() < 0.8, "{hit:?}");
+    assert!(tracer.surface(&ray, &hit).geometric_normal.y > 0.5);
+    assert!(tracer.occluded(&ray) && !tracer.occluded(&Ray { t_max: 2.0, ..ray }));
+    for omega in [Vec3::ZERO, Vec3::NAN, Vec3::Y] {
+        assert_eq!(tracer.closest(&Ray::new(x, omega)), None);
+    }
+}
+
+#[test]
+fn a_field_as_a_solid_is_closed_and_of_its_size() {
+    let (_, field) = trained(600);
+    let solid = field.solid(40, 24);
+    let mut edges = std::collections::HashMap::new();
+    for t in &solid.triangles {
+        for (a, b) in [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])] {
+            *edges.entry((a.min(b), a.max(b))).or_insert(0) += if a < b { 1 } else { -1 };
+        }
+    }
+    assert!(edges.values().all(|&sum| sum == 0), "every edge is passed both ways");
+    let volume: f32 =
+        (0..solid.triangles.len()).map(|i| solid.corners(i)).map(|[a, b, c]| a.dot(b.cross(c)) / 6.0).sum();
+    let exact = 2.0 * std::f32::consts::PI.powi(2) * 3.0;
+    assert!((volume / exact - 1.0).abs() < 0.1, "{volume} {exact}");
 }

@@ -1,10 +1,12 @@
-//! Layers of what the eye sees first: alpha, depth, normal, position, albedo, material.
+//! Layers of what the eye sees first: alpha, depth, normal, position, albedo, material, and where a learned field asked
+//! its mesh.
 //!
 //! A pixel's value is the mean over the camera rays of the picture's own samples, the first [`MAX_RAYS`] of them: the same
 //! points of the pixel and of the lens and the same times, so that edges, blur of motion and blur of the lens lie where
 //! the radiance has them. Alpha is the share of the rays that hit something, its error below 1/n for the stratified edge
 //! of a surface; depth, normal, position and albedo are means over those that do, the material's index is that of the
-//! first. Where nothing is hit depth is infinite and the others are zero. Cost: one camera ray a sample, traced in packets.
+//! first. Fallback is the share of the hits that were found by the whole mesh; there is no such layer where no shape of the scene
+//! has a mesh to fall back to. Where nothing is hit depth is infinite and the others are zero. Cost: one camera ray a sample, traced in packets.
 
 use glam::Vec3;
 use halflight_scene::Frame;
@@ -32,6 +34,7 @@ pub const FEATURE_LAYERS: &[(&str, &[&str])] = &[
     ("material", &["material.id"]),
     ("samples", &["samples"]),
     ("variance", &["variance"]),
+    ("fallback", &["fallback"]),
 ];
 
 /// Sums over the rays of a pixel that hit something.
@@ -43,6 +46,7 @@ struct Features {
     position: Vec3,
     albedo: Vec3,
     material: f32,
+    fell_back: u32,
 }
 
 /// Adds the wanted layers (names of [`FEATURE_LAYERS`], others are left alone) to the film of a finished render, whose
@@ -57,7 +61,10 @@ pub fn add_layers(frame: &Frame, film: &mut Film, seed: u64, wanted: &[&str], ma
     } else {
         Vec::new()
     };
-    for (name, channels) in FEATURE_LAYERS.iter().filter(|(name, _)| wanted.contains(name)) {
+    let can_fall_back =
+        frame.world.instances().iter().any(|instance| instance.geometry.as_rays().fallback().is_some());
+    let shown = |name: &str| wanted.contains(&name) && (name != "fallback" || can_fall_back);
+    for (name, channels) in FEATURE_LAYERS.iter().filter(|(name, _)| shown(name)) {
         for (index, channel) in channels.iter().enumerate() {
             let values = match *name {
                 "samples" => film.map(|p| p.samples as f32),
@@ -103,7 +110,10 @@ fn of_tile(frame: &Frame, camera: &CameraSampler, tile: &Tile, rays: u32) -> Vec
                     let (x, y) = place(i);
                     let vertex = Vertex::new(frame, &packet[i], hit);
                     let depth = camera.view().depth(vertex.surface.position, packet[i].time);
-                    features[y * tile.width + x].add(frame, &vertex, depth);
+                    let feature = &mut features[y * tile.width + x];
+                    feature.add(frame, &vertex, depth);
+                    let geometry = &frame.world.instances()[hit.instance as usize].geometry;
+                    feature.fell_back += u32::from(geometry.as_rays().fell_back(hit.primitive));
                 }
             }
         }
@@ -135,6 +145,7 @@ impl Features {
             ("material", 0) => -1.0,
             ("material", _) => self.material,
             (_, 0) => 0.0,
+            ("fallback", _) => self.fell_back as f32 / hits,
             ("normal", _) => self.normal.normalize_or_zero()[channel],
             ("position", _) => self.position[channel] / hits,
             _ => self.albedo[channel] / hits,

@@ -11,6 +11,11 @@ use halflight_shape::{RestSurface, TriangleMesh};
 use crate::build::Form;
 use crate::scene::Scene;
 
+/// Posts along each side of the grid of distances through which the surface of a learned field is found, and directions
+/// at each: a step is a fortieth of the object, below what sphere sets resolve.
+const FIELD_POSTS: u32 = 48;
+const FIELD_DIRECTIONS: usize = 24;
+
 /// Where an object of the scene is in a frame.
 #[derive(Clone, Debug)]
 pub struct PosedObject {
@@ -36,6 +41,11 @@ impl Scene {
                 Some(RestSurface { name, mesh, influences: Vec::new() })
             }
             Form::Model(model) => Some(model.model().rest_surface()),
+            Form::Field(shape) => {
+                let mesh = shape.tracer.field().solid(FIELD_POSTS, FIELD_DIRECTIONS);
+                let name = self.objects[object].name.clone();
+                (!mesh.triangles.is_empty()).then_some(RestSurface { name, mesh, influences: Vec::new() })
+            }
             _ => None,
         }
     }

@@ -27,6 +27,30 @@ pub trait RayGeometry: Send + Sync + std::fmt::Debug {
     fn primitives(&self) -> usize;
     /// Bytes held, without what is shared with others.
     fn memory_bytes(&self) -> usize;
+    /// How often a form that stands for another had to ask that other; `None` for forms that stand for themselves.
+    fn fallback(&self) -> Option<FallbackCounts> {
+        None
+    }
+    /// Whether a hit on this primitive was found by the form that this one falls back to.
+    fn fell_back(&self, primitive: u32) -> bool {
+        let _ = primitive;
+        false
+    }
+    /// A number that differs between custom forms that answer differently, for what is kept from run to run.
+    fn identity(&self) -> u64 {
+        0
+    }
+}
+
+/// How often a form of geometry that stands for another, as a learned field does for its mesh, asked that other.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FallbackCounts {
+    /// Rays that were asked while there was another form.
+    pub asked: u64,
+    /// Hits that the other form confirmed nearby.
+    pub confirmed: u64,
+    /// Rays that were asked of the whole other form.
+    pub fell_back: u64,
 }
 
 /// An intersection in the space of the geometry.

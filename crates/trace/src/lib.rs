@@ -39,7 +39,7 @@ mod world;
 
 pub use distance::DistanceGrid;
 pub use flat::{Disk, Rectangle};
-pub use geometry::{Geometry, LocalHit, LocalSurface, RayGeometry};
+pub use geometry::{FallbackCounts, Geometry, LocalHit, LocalSurface, RayGeometry};
 pub use grid::{GridPoints, GridRows, GridTracer, RayGrid};
 pub use height_field::HeightFieldTracer;
 pub use mesh::MeshTracer;

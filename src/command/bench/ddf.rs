@@ -103,6 +103,56 @@ pub(super) fn measure(args: &BenchArgs) -> Result<Findings, Failure> {
     Ok(Findings { title: "Fields of directed distances", table, notes })
 }
 
+/// Milliseconds of a picture of 512 × 512 of distances, of normals, and of one path a pixel with up to four diffuse
+/// bounces, through the mesh's tree and through the field [002 Fig. 5].
+pub(super) fn pictures(args: &BenchArgs) -> Result<Findings, Failure> {
+    let (side, seconds, steps) = if args.quick { (64, 0.02, 40) } else { (512, 0.5, 3000) };
+    let (subjects, _) = subjects(args)?;
+    let subject = subjects.get(1).unwrap_or(&subjects[0]);
+    let mut mesh = (*subject.mesh).clone();
+    mesh.repair().map_err(|error| Failure::failed(format!("{}: {error}", subject.name)))?;
+    let fail = |error| Failure::failed(format!("{}: {error}", subject.name));
+    let mut trainer = FastTrainer::new(&mesh, TrainOptions::default()).map_err(fail)?;
+    for step in 0..steps {
+        trainer.step(step as f32 / steps as f32).map_err(fail)?;
+    }
+    let mut field = trainer.field();
+    field.error = evaluate(&field, trainer.unit_mesh(), if args.quick { 1000 } else { 10_000 }, 1).measured();
+    field.set_simd(args.machine.simd()?);
+    let tree = MeshTracer::build(Arc::new(mesh));
+    let rays = primary_rays(&View::outside(tree.bounds()), side);
+    let field = FieldTracer::new(Arc::new(field));
+    let mut table = Table::new(["picture", "mesh, ms", "field, ms"]);
+    /// What is worked out for a pixel, as one number that cannot be left out.
+    type Pixel = fn(&dyn RayGeometry, &Ray, u32) -> f32;
+    let kinds: [(&str, Pixel); 3] = [
+        ("distance", |form, ray, _| form.closest(ray).map_or(0.0, |hit| hit.t)),
+        ("normal", |form, ray, _| {
+            form.closest(ray).map_or(0.0, |hit| form.surface(ray, &hit).geometric_normal.x)
+        }),
+        ("path-traced, 1 path", |form, ray, pixel| super::super::ddf::radiance(form, ray, pixel, 0).x),
+    ];
+    for (name, pixel) in kinds {
+        let time = |form: &dyn RayGeometry| -> Result<String, Failure> {
+            let picture = || {
+                let of_chunk = |(number, chunk): (usize, &[Ray])| -> f32 {
+                    let first = (number * CHUNK) as u32;
+                    (first..).zip(chunk).map(|(index, ray)| pixel(form, ray, index)).sum()
+                };
+                std::hint::black_box(rays.par_chunks(CHUNK).enumerate().map(of_chunk).sum::<f32>());
+            };
+            let timing = clock::on_threads(1, || clock::time(seconds, picture)).map_err(Failure::failed)?;
+            Ok(format!("{:.1}", 1e3 * timing.cpu))
+        };
+        table.row([name.to_string(), time(&tree)?, time(&field)?]);
+    }
+    let notes = vec![format!(
+        "{}, {side} × {side}, milliseconds of processor time on one thread, ray by ray; field of {steps} steps",
+        subject.name
+    )];
+    Ok(Findings { title: "Pictures of directed distances", table, notes })
+}
+
 /// The seed's network and the fast one, trained on one mesh for the same processor time.
 pub(super) fn networks(args: &BenchArgs) -> Result<Findings, Failure> {
     let (budget, count) = if args.quick { (0.5, 500) } else { (30.0, 30_000) };

@@ -113,6 +113,7 @@ pub(crate) fn run(args: &BenchArgs, console: Console) -> Result<(), Failure> {
             Name::Memory => memory::measure(args)?,
             Name::Ddf => {
                 tell(console, &ddf::networks(args)?);
+                tell(console, &ddf::pictures(args)?);
                 ddf::measure(args)?
             }
             Name::Samplers => samplers::measure(args),

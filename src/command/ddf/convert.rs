@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
-use halflight_ddf::{DirectedField, FieldSample, SampleScheme, UnitSpace, draw_samples};
+use halflight_ddf::{DirectedField, FieldSample, SampleScheme, UnitSpace, draw_samples, mesh_hash};
 use halflight_file::extension;
 use halflight_shape::{SphereFitOptions, SphereSet, write_ply};
 use serde_json::json;
@@ -47,8 +47,13 @@ pub(super) fn mesh(args: &MeshArgs, console: Console) -> Result<(), Failure> {
     output::check_writable(&args.output)?;
     let field = DirectedField::load(&args.field)?;
     let start = Instant::now();
-    let grid = field.distance_grid(args.posts, args.directions as usize);
-    let mesh = grid.surface(args.shell as f32 * grid.step);
+    // Spheres fill a body: they are fitted to the solid, as everywhere else.
+    let mesh = if kind == "ply" {
+        let grid = field.distance_grid(args.posts, args.directions as usize);
+        grid.surface(args.shell as f32 * grid.step)
+    } else {
+        field.solid(args.posts, args.directions as usize)
+    };
     if mesh.triangles.is_empty() {
         return Err(Failure::failed(format!(
             "{}: the field has no surface that the grid sees",
@@ -152,7 +157,7 @@ pub(super) fn samples(args: &SamplesArgs, console: Console) -> Result<(), Failur
     let samples = draw_samples(&unit_mesh, scheme, args.seed);
     let seconds = start.elapsed().as_secs_f64();
     let misses = samples.iter().filter(|sample| sample.distance.is_infinite()).count();
-    FieldSample::save(&samples, &args.output)?;
+    FieldSample::save(&samples, &mesh_hash(&mesh), &args.output)?;
     console.note(&format!(
         "wrote {} with {}, {:.1} % of them misses, drawn in {}",
         args.output.display(),

@@ -1,9 +1,14 @@
 //! `halflight ddf`: geometry as a learned field of directed distances.
 
+mod ablate;
 mod convert;
 mod eval;
+mod learner;
 mod render;
+mod sheet;
 mod train;
+
+pub(crate) use sheet::radiance;
 
 use std::path::{Path, PathBuf};
 
@@ -39,6 +44,8 @@ enum Action {
     Mesh(convert::MeshArgs),
     /// Draw samples of a mesh's field and write them to a file
     Samples(convert::SamplesArgs),
+    /// Train on more and more samples of each kind: table and plot of how near the fields come
+    Ablate(ablate::AblateArgs),
 }
 
 pub(crate) fn run(args: &DdfArgs, console: Console) -> Result<(), Failure> {
@@ -48,6 +55,7 @@ pub(crate) fn run(args: &DdfArgs, console: Console) -> Result<(), Failure> {
         Action::Render(args) => render::run(args, console),
         Action::Mesh(args) => convert::mesh(args, console),
         Action::Samples(args) => convert::samples(args, console),
+        Action::Ablate(args) => ablate::run(args, console),
     }
 }
 

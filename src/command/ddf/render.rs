@@ -18,6 +18,7 @@ use super::super::output::{self, Encoding};
 use super::super::parse::finite;
 use super::super::stage::MachineArgs;
 use super::super::words;
+use super::sheet::{self, Sheet};
 
 #[derive(Args, Debug)]
 pub(super) struct RenderFieldArgs {
@@ -40,12 +41,18 @@ pub(super) struct RenderFieldArgs {
     /// Ask the mesh where the field is in doubt, and show which rays those are in the layer `fallback`
     #[arg(long, requires = "mesh")]
     fallback: bool,
+    /// Make a sheet of panels instead, each of so many pixels a side as `--size` says
+    #[arg(long, value_enum, requires = "mesh", conflicts_with_all = ["show", "fallback", "azimuth"])]
+    sheet: Option<Sheet>,
+    /// Another field and its mesh, for more rows of a sheet
+    #[arg(long, num_args = 2, value_names = ["FIELD", "MESH"], requires = "sheet")]
+    also: Vec<PathBuf>,
     #[command(flatten)]
     machine: MachineArgs,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-enum Show {
+pub(super) enum Show {
     /// Normals, towards the viewer
     #[default]
     Normal,
@@ -59,7 +66,7 @@ enum Show {
 
 /// What one ray saw.
 #[derive(Clone, Copy, Default)]
-struct Seen {
+pub(super) struct Seen {
     distance: f32,
     normal: Vec3,
     doubt: f32,
@@ -69,6 +76,15 @@ struct Seen {
 pub(super) fn run(args: &RenderFieldArgs, console: Console) -> Result<(), Failure> {
     args.machine.apply()?;
     output::check_writable(&args.output)?;
+    if let (Some(sheet), Some(mesh)) = (args.sheet, &args.mesh) {
+        let also = args.also.chunks_exact(2).map(|pair| (pair[0].clone(), pair[1].clone()));
+        let pairs: Vec<(PathBuf, PathBuf)> =
+            std::iter::once((args.field.clone(), mesh.clone())).chain(also).collect();
+        sheet::save(sheet, &pairs, (&args.output, args.size), console)?;
+        console.note(&format!("wrote {}", args.output.display()));
+        console.event("done", json!({ "output": args.output }));
+        return Ok(());
+    }
     let mut field = DirectedField::load(&args.field)?;
     field.set_simd(args.machine.simd()?);
     let field = Arc::new(field);
@@ -81,7 +97,7 @@ pub(super) fn run(args: &RenderFieldArgs, console: Console) -> Result<(), Failur
         _ => FieldTracer::new(Arc::clone(&field)),
     };
     let size = args.size;
-    let rays = view_rays(field.bounds(), size, args.azimuth as f32);
+    let rays = view_rays(field.bounds(), size, (args.azimuth as f32, 1.0));
     let of_field: Vec<Seen> = rays.par_iter().map(|ray| by_field(&tracer, ray)).collect();
     let of_mesh: Option<Vec<Seen>> =
         mesh.as_ref().map(|mesh| rays.par_iter().map(|ray| by_mesh(mesh, ray)).collect());
@@ -141,16 +157,16 @@ pub(super) fn run(args: &RenderFieldArgs, console: Console) -> Result<(), Failur
     Ok(())
 }
 
-/// Rays of a square view from the front, turned about the vertical axis, tile by tile of 8 × 8.
-fn view_rays(bounds: (Vec3, Vec3), size: u32, azimuth_degrees: f32) -> Vec<Ray> {
+/// Rays of a square view from the front, turned about the vertical axis, from so many times as far away, tile by tile of 8 × 8.
+pub(super) fn view_rays(bounds: (Vec3, Vec3), size: u32, (azimuth_degrees, away): (f32, f32)) -> Vec<Ray> {
     let view = View::outside(bounds);
     let turn = Quat::from_rotation_y(azimuth_degrees.to_radians());
-    let eye = view.target + turn * (view.eye - view.target);
+    let eye = view.target + away * (turn * (view.eye - view.target));
     primary_rays(&View { eye, ..view }, size)
 }
 
 /// Where the ray of a pixel stands among the rays of a view.
-fn index_of(x: u32, y: u32, size: u32) -> usize {
+pub(super) fn index_of(x: u32, y: u32, size: u32) -> usize {
     // Tiles at the right and lower border are cut.
     let (tile_x, tile_y) = (x / 8, y / 8);
     let high = (size - tile_y * 8).min(8);
@@ -159,7 +175,7 @@ fn index_of(x: u32, y: u32, size: u32) -> usize {
     (before + (y % 8) * wide + x % 8) as usize
 }
 
-fn by_field(tracer: &FieldTracer, ray: &Ray) -> Seen {
+pub(super) fn by_field(tracer: &FieldTracer, ray: &Ray) -> Seen {
     let (hit, answered) = tracer.closest_with_source(ray);
     let (_, doubt) = tracer.field().query_with_doubt(ray.origin, ray.direction, ray.t_max);
     let doubt = 1.0 / (1.0 + (-doubt.abs()).exp());
@@ -173,7 +189,7 @@ fn by_field(tracer: &FieldTracer, ray: &Ray) -> Seen {
     }
 }
 
-fn by_mesh(mesh: &MeshTracer, ray: &Ray) -> Seen {
+pub(super) fn by_mesh(mesh: &MeshTracer, ray: &Ray) -> Seen {
     match mesh.closest(ray) {
         Some(hit) => {
             let normal = mesh.surface(ray, &hit).geometric_normal;
@@ -188,13 +204,13 @@ fn towards(normal: Vec3, ray: &Ray) -> Vec3 {
 }
 
 /// The distances that are shown.
-struct Range {
+pub(super) struct Range {
     near: f32,
     far: f32,
 }
 
 impl Range {
-    fn of(panels: &[&Vec<Seen>]) -> Range {
+    pub(super) fn of(panels: &[&Vec<Seen>]) -> Range {
         let hits = || panels[0].iter().map(|seen| seen.distance).filter(|&t| t > 0.0);
         let near = hits().fold(f32::INFINITY, f32::min);
         let far = hits().fold(0.0, f32::max);
@@ -202,7 +218,7 @@ impl Range {
     }
 }
 
-fn color(show: Show, range: &Range, seen: Seen, truth: Option<Seen>) -> [f32; 3] {
+pub(super) fn color(show: Show, range: &Range, seen: Seen, truth: Option<Seen>) -> [f32; 3] {
     let is_hit = seen.distance > 0.0;
     match show {
         Show::Normal if is_hit => (seen.normal * 0.5 + 0.5).to_array(),

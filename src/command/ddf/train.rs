@@ -5,8 +5,8 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use halflight_ddf::{
-    Cloud, FastShape, FastTrainer, Provenance, StepReport, TrainOptions, chamfer_e3, evaluate, field_points,
-    mesh_hash, mesh_points,
+    Cloud, FastShape, FieldSample, Provenance, TrainOptions, chamfer_e3, evaluate, field_points, mesh_hash,
+    mesh_points,
 };
 use halflight_file::extension;
 use indicatif::{ProgressBar, ProgressStyle as BarStyle};
@@ -17,6 +17,7 @@ use super::super::failure::Failure;
 use super::super::parse::positive;
 use super::super::stage::MachineArgs;
 use super::super::{interrupt, output, words};
+use super::learner::{Learner, Network, Said, Schedule, no_checkpoints};
 
 #[derive(Args, Debug)]
 pub(super) struct TrainArgs {
@@ -37,6 +38,15 @@ pub(super) struct TrainArgs {
     /// Cells along the bounding cube; more is sharper and larger
     #[arg(long, value_name = "N", default_value_t = FastShape::default().resolution)]
     resolution: u32,
+    /// Which network learns
+    #[arg(long, value_enum, default_value_t)]
+    network: Network,
+    /// The rates of the seed's network
+    #[arg(long, value_enum, default_value_t)]
+    schedule: Schedule,
+    /// Learn from the samples of this file, which `halflight ddf samples` wrote of this mesh
+    #[arg(long, value_name = "FILE")]
+    samples: Option<PathBuf>,
     /// Seed of all random numbers
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
@@ -72,8 +82,15 @@ pub(super) fn run(args: &TrainArgs, console: Console) -> Result<(), Failure> {
         seed: args.seed,
         ..TrainOptions::default()
     };
+    if args.network == Network::Seed && args.checkpoint.is_some() {
+        return Err(no_checkpoints());
+    }
     let name = |error| Failure::failed(format!("{}: {error}", args.mesh.display()));
-    let mut trainer = FastTrainer::new(&mesh, options).map_err(name)?;
+    let samples = match &args.samples {
+        Some(path) => Some(FieldSample::load(path, &mesh_hash(&mesh))?),
+        None => None,
+    };
+    let mut trainer = Learner::new(&mesh, samples, args.network, args.schedule, options).map_err(name)?;
     if args.resume
         && let Some(path) = args.checkpoint.as_deref().filter(|path| path.exists())
     {
@@ -142,7 +159,7 @@ struct Watch<'a> {
 }
 
 impl<'a> Watch<'a> {
-    fn new(args: &'a TrainArgs, trainer: &FastTrainer, begun: Instant, console: Console) -> Self {
+    fn new(args: &'a TrainArgs, trainer: &Learner, begun: Instant, console: Console) -> Self {
         let unlimited = args.steps.is_none() && args.target.is_none();
         let seconds = args.seconds.or(unlimited.then_some(120.0));
         let bar = (console.progress_style() == ProgressStyle::Bar).then(|| {
@@ -168,19 +185,19 @@ impl<'a> Watch<'a> {
     }
 
     /// How much is done, 0 to 1: of the time, or of the steps, whichever is further.
-    fn progress(&self, trainer: &FastTrainer) -> f32 {
+    fn progress(&self, trainer: &Learner) -> f32 {
         let steps = self.args.steps.or(self.seconds.is_none().then_some(MOST_STEPS));
         let of_steps = steps.map_or(0.0, |steps| trainer.steps_done() as f64 / steps.max(1) as f64);
         let of_time = self.seconds.map_or(0.0, |seconds| self.begun.elapsed().as_secs_f64() / seconds);
         of_steps.max(of_time).min(1.0) as f32
     }
 
-    fn is_done(&self, trainer: &FastTrainer) -> bool {
+    fn is_done(&self, trainer: &Learner) -> bool {
         let reached = self.args.target.zip(self.chamfer).is_some_and(|(target, found)| found <= target);
         reached || self.progress(trainer) >= 1.0
     }
 
-    fn after(&mut self, trainer: &FastTrainer, report: &StepReport) -> Result<(), Failure> {
+    fn after(&mut self, trainer: &Learner, report: &Said) -> Result<(), Failure> {
         if Instant::now() >= self.estimate_at {
             let start = Instant::now();
             let points = Cloud::new(field_points(&trainer.field(), 30_000, 3));
@@ -204,38 +221,36 @@ impl<'a> Watch<'a> {
         let chamfer =
             self.chamfer.map_or(String::new(), |found| format!(", Chamfer × 10³ {}", words::figure(found)));
         let sentence = format!(
-            "step {}, visibility {:.4} ({:.2} % wrong), distance {:.4} cells{chamfer}, {}",
+            "step {}, {}{chamfer}, {}",
             trainer.steps_done(),
-            report.visibility_loss,
-            100.0 * report.wrong,
-            report.distance_loss,
+            report.sentence,
             words::seconds(self.begun.elapsed().as_secs_f64()),
         );
         if let Some(bar) = &self.bar {
             bar.set_position((f64::from(progress) * 1000.0) as u64);
             bar.set_message(sentence);
         } else if self.console.progress_style() == ProgressStyle::Json {
-            self.console.event(
-                "progress",
-                json!({
-                    "fraction": progress, "step": trainer.steps_done(), "visibility_loss": report.visibility_loss,
-                    "wrong": report.wrong, "distance_loss": report.distance_loss, "chamfer_e3": self.chamfer,
-                    "seconds": self.begun.elapsed().as_secs_f64(),
-                }),
-            );
+            let mut event = json!({
+                "fraction": progress, "step": trainer.steps_done(), "chamfer_e3": self.chamfer,
+                "seconds": self.begun.elapsed().as_secs_f64(),
+            });
+            if let (Some(to), Some(from)) = (event.as_object_mut(), report.figures.as_object()) {
+                to.extend(from.clone());
+            }
+            self.console.event("progress", event);
         } else {
             self.console.note(&format!("{:.0} %, {sentence}", 100.0 * progress));
         }
         Ok(())
     }
 
-    fn save(&mut self, trainer: &FastTrainer) -> Result<(), Failure> {
+    fn save(&mut self, trainer: &Learner) -> Result<(), Failure> {
         self.saved_at = Instant::now();
         let path: Option<&Path> = self.args.checkpoint.as_deref();
-        path.map_or(Ok(()), |path| trainer.save_checkpoint(path)).map_err(Failure::from)
+        path.map_or(Ok(()), |path| trainer.save_checkpoint(path))
     }
 
-    fn finish(&mut self, trainer: &FastTrainer) -> Result<(), Failure> {
+    fn finish(&mut self, trainer: &Learner) -> Result<(), Failure> {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();
         }

@@ -1,11 +1,14 @@
 //! One picture after another, with the same scene, technique and settings.
 
 use std::cell::RefCell;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use halflight::job::{Facts, Order, Showing, Size, Stage, automatic_exposure, save_part};
 use halflight_image::Picture;
 use halflight_render::{Budget, Film, Technique};
+use halflight_scene::Frame;
+use halflight_trace::FallbackCounts;
 
 use super::options::RenderArgs;
 use crate::command::console::Console;
@@ -27,6 +30,24 @@ pub(super) struct Studio<'a> {
     console: Console,
     /// What the technique last said of its approximations.
     said: RefCell<Vec<String>>,
+}
+
+/// How often the fields of a frame asked their meshes so far.
+fn fallback_counts(frame: &Frame) -> FallbackCounts {
+    // Copies of a shape share their counts.
+    let mut seen = Vec::new();
+    let mut sum = FallbackCounts::default();
+    for instance in frame.world.instances() {
+        let geometry = Arc::as_ptr(&instance.geometry);
+        let Some(counts) = instance.geometry.as_rays().fallback() else { continue };
+        if !seen.contains(&geometry) {
+            seen.push(geometry);
+            sum.asked += counts.asked;
+            sum.confirmed += counts.confirmed;
+            sum.fell_back += counts.fell_back;
+        }
+    }
+    sum
 }
 
 /// Where a resumed sequence begins, and with what.
@@ -164,6 +185,7 @@ impl<'a> Studio<'a> {
         let title = format!("frame {}", shot.frame);
         let meter = Meter::new(self.console, &title, &budget, checkpoint.as_ref());
         let cpu_before = resources::cpu_seconds();
+        let fallback_before = fallback_counts(&frame);
         let result = self.technique.render(&frame, &mut film, &budget, &meter);
         let cpu_after = resources::cpu_seconds();
         meter.finish();
@@ -173,6 +195,16 @@ impl<'a> Studio<'a> {
                 self.console.note(&format!("{}: {note}", self.args.technique.name));
             }
             self.said.replace(report.notes);
+        }
+        let fallback = fallback_counts(&frame);
+        let asked = fallback.asked - fallback_before.asked;
+        if asked > 0 {
+            let share = |now: u64, before: u64| 100.0 * (now - before) as f64 / asked as f64;
+            self.console.note(&format!(
+                "fields with a mesh: of {asked} rays {:.1} % were confirmed on the mesh, {:.1} % were asked of the whole mesh",
+                share(fallback.confirmed, fallback_before.confirmed),
+                share(fallback.fell_back, fallback_before.fell_back)
+            ));
         }
         let mut kept = Kept {
             samples: film.mean_samples(),

@@ -147,6 +147,128 @@ pub(crate) fn encode_gradient<const FUSED: bool, const F: usize>(
     }
 }
 
+/// A direction in which a part is moved: its start, and its length with it.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Move {
+    pub(crate) start: Vec3,
+    pub(crate) length: f32,
+}
+
+/// The faces through which a part's line enters and leaves its cell, by axis; a line along an axis has no others.
+#[inline(always)]
+pub(crate) fn face_axes(part: &Part) -> (usize, usize) {
+    let (low, high) = (part.cell.as_vec3(), part.cell.as_vec3() + 1.0);
+    let d = part.direction;
+    let (mut leave, mut leave_axis, mut enter, mut enter_axis) = (f32::INFINITY, 0, f32::NEG_INFINITY, 0);
+    for axis in 0..3 {
+        if d[axis].abs() < 1e-9 {
+            continue;
+        }
+        let (near, far) = if d[axis] > 0.0 { (low, high) } else { (high, low) };
+        let (a, b) = ((near[axis] - part.start[axis]) / d[axis], (far[axis] - part.start[axis]) / d[axis]);
+        if a > enter {
+            (enter, enter_axis) = (a, axis);
+        }
+        if b < leave {
+            (leave, leave_axis) = (b, axis);
+        }
+    }
+    (enter_axis, leave_axis)
+}
+
+/// Slopes of the weights of the eight corners along a direction.
+#[inline(always)]
+fn weight_slopes(f: Vec3, along: Vec3) -> [f32; 8] {
+    let g = Vec3::ONE - f;
+    let (x, y, z) = ([g.x, f.x], [g.y, f.y], [g.z, f.z]);
+    let d = |v: f32| [-v, v];
+    let (dx, dy, dz) = (d(along.x), d(along.y), d(along.z));
+    let mut slopes = [0.0; 8];
+    for c in 0..8 {
+        let (i, j, k) = (c & 1, c >> 1 & 1, c >> 2);
+        slopes[c] = (dx[i] * y[j] + x[i] * dy[j]) * z[k] + x[i] * y[j] * dz[k];
+    }
+    slopes
+}
+
+/// How the point at a fraction of a part moves.
+#[inline(always)]
+fn point_move(part: &Part, by: &Move, k: usize, points: usize) -> Vec3 {
+    by.start + part.direction * (by.length * k as f32 / (points - 1) as f32)
+}
+
+/// Writes the derivative of the inputs as the part is moved.
+#[inline(always)]
+pub(crate) fn encode_move<const FUSED: bool, const F: usize>(
+    shape: &FastShape,
+    levels: &[Level],
+    tables: &[&[f32]],
+    corners: &Corners,
+    part: &Part,
+    by: &Move,
+    inputs: &mut [f32],
+) {
+    let mut at = 0;
+    for (number, level) in levels.iter().enumerate() {
+        let cell_size = (1u32 << level.shift()) as f32;
+        let mut features = [[0.0f32; F]; 8];
+        for c in 0..8 {
+            features[c] = Table::get(tables[number], corners[number][c]);
+        }
+        for k in 0..shape.points {
+            let f = local(point(part, k, shape.points), part.cell, level.shift());
+            let w = weight_slopes(f, point_move(part, by, k, shape.points) / cell_size);
+            let mut sum = [0.0; F];
+            for c in 0..8 {
+                for f in 0..F {
+                    sum[f] = fma::<FUSED>(w[c], features[c][f], sum[f]);
+                }
+            }
+            inputs[at..at + F].copy_from_slice(&sum);
+            at += F;
+        }
+    }
+    inputs[at..at + 3].fill(0.0);
+    inputs[at + 3] = by.length;
+    inputs[at + 4..].fill(0.0);
+}
+
+/// Adds the gradient by the features, given that by the derivative of the inputs.
+#[inline(always)]
+pub(crate) fn encode_move_gradient<const FUSED: bool, const F: usize>(
+    shape: &FastShape,
+    levels: &[Level],
+    corners: &Corners,
+    part: &Part,
+    by: &Move,
+    of_inputs: &[f32],
+    tables: &mut [Vec<f32>],
+) {
+    let mut at = 0;
+    for (number, level) in levels.iter().enumerate() {
+        let cell_size = (1u32 << level.shift()) as f32;
+        let mut sums = [[0.0f32; F]; 8];
+        for k in 0..shape.points {
+            let f = local(point(part, k, shape.points), part.cell, level.shift());
+            let w = weight_slopes(f, point_move(part, by, k, shape.points) / cell_size);
+            let g: &[f32; F] = of_inputs[at..].first_chunk().unwrap_or(&[0.0; F]);
+            for c in 0..8 {
+                for f in 0..F {
+                    sums[c][f] = fma::<FUSED>(w[c], g[f], sums[c][f]);
+                }
+            }
+            at += F;
+        }
+        let table = &mut tables[number];
+        for c in 0..8 {
+            let to = &mut table[corners[number][c] as usize * F..][..F];
+            for f in 0..F {
+                to[f] += sums[c][f];
+            }
+        }
+    }
+}
+
 /// The derivative of the output by each point of the part, given that by the inputs; the last entry is that by the
 /// length alone (as an input of its own).
 pub(crate) fn point_gradient<const F: usize, T: Table + ?Sized>(

@@ -23,6 +23,10 @@ pub fn mesh_points(mesh: &TriangleMesh, count: usize, seed: u64) -> Vec<Vec3> {
 const BATCH: usize = 4096;
 /// Most lines that are cast for each point that is wanted, before a field counts as empty.
 const MOST_LINES_PER_POINT: usize = 64;
+/// Most hits of a line that are followed.
+const MOST_HITS: usize = 64;
+/// Of fields that are slow when asked ray by ray, the normal of each so-manieth ray is measured.
+const SPARSE_NORMALS: usize = 16;
 
 /// Points of the surface that a field describes, in the unit sphere, uniform by area.
 ///
@@ -33,31 +37,76 @@ const MOST_LINES_PER_POINT: usize = 64;
 pub fn field_points(field: &DirectedField, count: usize, seed: u64) -> Vec<Vec3> {
     let unit = field.unit();
     let to_object = 1.0 / unit.scale;
-    let cell = 2.04 / field.shape().resolution as f32;
+    let cell = field.grain();
     // A line goes on a quarter of a cell behind a hit: what is thinner than that counts as one sheet.
     let skip = 0.25 * cell;
     let mut points = Vec::with_capacity(count);
     let mut batch = 0;
     while points.len() < count && batch * BATCH < count * MOST_LINES_PER_POINT {
-        let found: Vec<Vec<Vec3>> = (0..BATCH)
-            .into_par_iter()
-            .map(|index| {
-                let mut random = Random::new(seed, 12, (batch * BATCH + index) as u64);
-                let (origin, direction) = uniform_line(&mut random);
-                let mut hits = Vec::new();
-                let mut t = 0.0;
-                while hits.len() < 64 {
-                    let from = origin + t * direction;
-                    let hit = field.query(unit.from_unit(from), direction * to_object, f32::INFINITY);
-                    let Some(hit) = hit else { break };
-                    let at = t + hit.distance;
-                    hits.push(origin + at * direction);
-                    t = at + skip;
-                }
-                hits
-            })
+        let lines: Vec<(Vec3, Vec3)> = (0..BATCH)
+            .map(|index| uniform_line(&mut Random::new(seed, 12, (batch * BATCH + index) as u64)))
             .collect();
+        let mut found: Vec<Vec<Vec3>> = vec![Vec::new(); BATCH];
+        // The lines that go on, and from where.
+        let mut going: Vec<(usize, f32)> = (0..BATCH).map(|index| (index, 0.0)).collect();
+        for _ in 0..MOST_HITS {
+            let asked: Vec<(Vec3, Vec3)> = going
+                .iter()
+                .map(|&(index, t)| {
+                    let (origin, direction) = lines[index];
+                    (unit.from_unit(origin + t * direction), direction * to_object)
+                })
+                .collect();
+            let said = field.query_many(&asked);
+            let mut next = Vec::new();
+            for (&(index, t), (hit, _)) in going.iter().zip(said) {
+                let Some(hit) = hit else { continue };
+                let (origin, direction) = lines[index];
+                let at = t + hit.distance;
+                found[index].push(origin + at * direction);
+                next.push((index, at + skip));
+            }
+            going = next;
+        }
         points.extend(found.into_iter().flatten());
+        batch += 1;
+    }
+    points.truncate(count);
+    points
+}
+
+/// Points of a field that are seen from outside, in the unit sphere: the first hits of uniform lines.
+#[must_use]
+pub fn seen_points(field: &DirectedField, count: usize, seed: u64) -> Vec<Vec3> {
+    let unit = field.unit();
+    first_hits(count, seed, |lines| {
+        let asked: Vec<(Vec3, Vec3)> = lines
+            .iter()
+            .map(|&(origin, direction)| (unit.from_unit(origin), direction / unit.scale))
+            .collect();
+        field.query_many(&asked).into_iter().map(|(hit, _)| Some(hit?.distance)).collect()
+    })
+}
+
+/// Points of a mesh, given in the unit sphere, that are seen from outside.
+#[must_use]
+pub fn mesh_seen_points(unit_mesh: &Arc<TriangleMesh>, count: usize, seed: u64) -> Vec<Vec3> {
+    let tracer = MeshTracer::build(Arc::clone(unit_mesh));
+    first_hits(count, seed, |lines| {
+        let hit = |&(origin, direction): &(Vec3, Vec3)| Some(tracer.closest(&Ray::new(origin, direction))?.t);
+        lines.par_iter().map(hit).collect()
+    })
+}
+
+fn first_hits(count: usize, seed: u64, ask: impl Fn(&[(Vec3, Vec3)]) -> Vec<Option<f32>>) -> Vec<Vec3> {
+    let mut points = Vec::with_capacity(count);
+    let mut batch = 0;
+    while points.len() < count && batch * BATCH < count * MOST_LINES_PER_POINT {
+        let lines: Vec<(Vec3, Vec3)> = (0..BATCH)
+            .map(|index| uniform_line(&mut Random::new(seed, 15, (batch * BATCH + index) as u64)))
+            .collect();
+        let hits = ask(&lines);
+        points.extend(lines.iter().zip(hits).filter_map(|((o, d), t)| Some(*o + t? * *d)));
         batch += 1;
     }
     points.truncate(count);
@@ -170,13 +219,18 @@ pub fn evaluate(
 
 fn ray_errors(field: &DirectedField, tracer: &MeshTracer, rays: &[(Vec3, Vec3)]) -> RayErrors {
     let unit = field.unit();
-    let cell = 2.04 / field.shape().resolution as f32;
+    let cell = field.grain();
+    let sparse = if field.prefers_many() { SPARSE_NORMALS } else { 1 };
+    let asked: Vec<(Vec3, Vec3)> =
+        rays.iter().map(|&(origin, direction)| (unit.from_unit(origin), direction / unit.scale)).collect();
+    let answers = field.query_many(&asked);
     /// One ray: (true, predicted) distance, |n · ω|, angle of the normals.
     type One = (Option<f32>, Option<f32>, f32, Option<f32>);
-    let one = |&(origin, direction): &(Vec3, Vec3)| -> One {
+    let one = |index: usize| -> One {
+        let (origin, direction) = rays[index];
         let truth = tracer.closest(&Ray::new(origin, direction));
-        let (x, omega) = (unit.from_unit(origin), direction / unit.scale);
-        let said = field.query(x, omega, f32::INFINITY);
+        let (x, omega) = asked[index];
+        let said = answers[index].0;
         let (mut cosine, mut angle) = (0.0, None);
         if let Some(hit) = &truth {
             let [a, b, c] = tracer.mesh().corners(hit.primitive as usize);
@@ -184,6 +238,7 @@ fn ray_errors(field: &DirectedField, tracer: &MeshTracer, rays: &[(Vec3, Vec3)])
             let normal = if normal.dot(direction) > 0.0 { -normal } else { normal };
             cosine = normal.dot(direction).abs();
             if let Some(said) = said
+                && index.is_multiple_of(sparse)
                 && (said.distance - hit.t).abs() < cell
             {
                 let found = field.normal(x, omega, &said);
@@ -192,7 +247,7 @@ fn ray_errors(field: &DirectedField, tracer: &MeshTracer, rays: &[(Vec3, Vec3)])
         }
         (truth.map(|hit| hit.t), said.map(|said| said.distance), cosine, angle)
     };
-    let all: Vec<One> = rays.par_iter().map(one).collect();
+    let all: Vec<One> = (0..rays.len()).into_par_iter().map(one).collect();
     let count = all.len().max(1) as f64;
     let part = |test: &dyn Fn(&One) -> bool| all.iter().filter(|o| test(o)).count() as f64 / count;
     let sorted = |mut values: Vec<f32>| {

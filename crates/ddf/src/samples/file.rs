@@ -1,6 +1,8 @@
 //! Files of samples.
 //!
-//! A line of text, `halflight-ddf-samples 1 N`, then N records of seven little-endian f32: x, ω, φ. A miss has φ = +∞.
+//! A line of text, `halflight-ddf-samples 2 N MESH SUM`, then N records of seven little-endian f32: x, ω, φ. A miss has
+//! φ = +∞. MESH is the hash of the mesh that the samples are of ([`crate::mesh_hash`]), SUM the FNV-1a of the records'
+//! 32-bit words: both in 16 hexadecimal digits.
 
 use std::io::Write as _;
 use std::path::Path;
@@ -11,55 +13,81 @@ use halflight_file::{LoadError, SaveError, read, write_whole};
 use super::FieldSample;
 
 /// The version of sample files that is written and read.
-pub const SAMPLES_VERSION: u32 = 1;
+pub const SAMPLES_VERSION: u32 = 2;
 
 const NAME: &str = "halflight-ddf-samples";
 const ASKED: &str = "samples of a field";
+const AGAIN: &str = "write it again with `halflight ddf samples`";
 const RECORD: usize = 7 * 4;
+/// Longest first line.
+const LONGEST: usize = 128;
 
 impl FieldSample {
-    /// Writes samples, whole or not at all.
+    fn words(&self) -> [u32; 7] {
+        let (o, d) = (self.origin, self.direction);
+        [o.x, o.y, o.z, d.x, d.y, d.z, self.distance].map(f32::to_bits)
+    }
+
+    /// FNV-1a of the words of samples.
+    pub(crate) fn sum(samples: &[FieldSample]) -> u64 {
+        samples
+            .iter()
+            .flat_map(FieldSample::words)
+            .fold(0xcbf2_9ce4_8422_2325, |hash, word| (hash ^ u64::from(word)).wrapping_mul(0x0100_0000_01b3))
+    }
+
+    /// Writes samples of a mesh of this hash, whole or not at all.
     ///
     /// # Errors
     /// If the file cannot be written.
-    pub fn save(samples: &[FieldSample], path: &Path) -> Result<(), SaveError> {
+    pub fn save(samples: &[FieldSample], mesh_hash: &str, path: &Path) -> Result<(), SaveError> {
         write_whole(path, ASKED, |to| {
-            writeln!(to, "{NAME} {SAMPLES_VERSION} {}", samples.len())?;
+            writeln!(
+                to,
+                "{NAME} {SAMPLES_VERSION} {} {mesh_hash} {:016x}",
+                samples.len(),
+                FieldSample::sum(samples)
+            )?;
             for sample in samples {
-                let (o, d) = (sample.origin, sample.direction);
-                for value in [o.x, o.y, o.z, d.x, d.y, d.z, sample.distance] {
-                    to.write_all(&value.to_le_bytes())?;
+                for word in sample.words() {
+                    to.write_all(&word.to_le_bytes())?;
                 }
             }
             Ok(())
         })
     }
 
-    /// Reads samples.
+    /// Reads samples of the mesh of this hash.
     ///
     /// # Errors
-    /// If the file cannot be read, is none of samples, is cut off, or holds what is no sample.
-    pub fn load(path: &Path) -> Result<Vec<FieldSample>, LoadError> {
+    /// If the file cannot be read, is none of samples, is cut off or altered, holds what is no sample, or is of another
+    /// mesh.
+    pub fn load(path: &Path, mesh_hash: &str) -> Result<Vec<FieldSample>, LoadError> {
         let bytes = read(path, ASKED)?;
-        let error = |found: String| {
-            LoadError::new(ASKED, path, found).hint("write it again with `halflight ddf samples`")
-        };
-        let end =
-            bytes.iter().take(64).position(|&b| b == b'\n').ok_or_else(|| error("no header line".into()))?;
+        let error = |found: String| LoadError::new(ASKED, path, found).hint(AGAIN);
+        let end = bytes
+            .iter()
+            .take(LONGEST)
+            .position(|&b| b == b'\n')
+            .ok_or_else(|| error("no header line".into()))?;
         let header = String::from_utf8_lossy(&bytes[..end]).into_owned();
-        let mut words = header.split(' ');
-        let (name, version, count) = (words.next(), words.next(), words.next());
-        if name != Some(NAME) {
+        let words: Vec<&str> = header.split(' ').collect();
+        if words[0] != NAME {
             return Err(error(format!("the first line `{}`", header.escape_debug())));
         }
-        if version != Some(&SAMPLES_VERSION.to_string()) {
-            return Err(error(format!(
-                "version {}, this halflight reads {SAMPLES_VERSION}",
-                version.unwrap_or("none")
-            )));
+        let version = words.get(1).copied().unwrap_or("none");
+        if version != SAMPLES_VERSION.to_string() {
+            return Err(error(format!("version {version}, this halflight reads {SAMPLES_VERSION}")));
         }
-        let count: usize =
-            count.and_then(|word| word.parse().ok()).ok_or_else(|| error("no number of samples".into()))?;
+        let &[_, _, count, of_mesh, sum] = words.as_slice() else {
+            return Err(error(format!("the first line `{}`", header.escape_debug())));
+        };
+        let count: usize = count.parse().map_err(|_| error(format!("{count} as the number of samples")))?;
+        if of_mesh != mesh_hash {
+            let found = format!("samples of another mesh ({of_mesh}, where this one is {mesh_hash})");
+            return Err(LoadError::new(ASKED, path, found)
+                .hint("name the mesh that the samples were drawn from, or draw samples of this one"));
+        }
         let (records, rest) = bytes[end + 1..].as_chunks::<RECORD>();
         if records.len() != count || !rest.is_empty() {
             return Err(error(format!("{} whole samples, where the first line says {count}", records.len())));
@@ -80,6 +108,10 @@ impl FieldSample {
                 return Err(error(format!("sample {index} is {sample:?}")));
             }
             samples.push(sample);
+        }
+        let found = format!("{:016x}", FieldSample::sum(&samples));
+        if found != sum {
+            return Err(error(format!("numbers whose sum is {found}, where the first line says {sum}")));
         }
         Ok(samples)
     }

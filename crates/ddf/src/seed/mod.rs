@@ -6,11 +6,13 @@
 //! ([`SeedNetwork::query`] calls everything beyond 0.95 δ a miss; see `docs/errata.md`).
 //!
 //! Two schedules: *printed* (learning rate 10⁻⁷, dropout ½) does next to nothing in any time we could wait for; *ours*
-//! (10⁻³ falling to 10⁻⁵, no dropout) trains.
+//! (10⁻³ falling to 10⁻⁵, no dropout, half of each batch from the samples that hit) trains.
 
+pub(crate) mod field;
 mod layers;
 mod train;
 
+pub use field::SeedShape;
 pub use train::{SeedOptions, SeedSchedule, SeedTrainer};
 
 use glam::Vec3;

@@ -20,6 +20,9 @@ struct Header {
     version: u32,
     options: TrainOptions,
     mesh: String,
+    /// The sum of the samples that are learned from, if any were given.
+    #[serde(default)]
+    samples: Option<u64>,
     step: u64,
 }
 
@@ -33,6 +36,7 @@ impl FastTrainer {
             version: VERSION,
             options: self.options.clone(),
             mesh: mesh_hash(&self.mesh),
+            samples: self.recorded.as_ref().map(|recorded| recorded.sum),
             step: self.step,
         };
         write_whole(path, ASKED, |to| {
@@ -69,6 +73,9 @@ impl FastTrainer {
         }
         if header.mesh != mesh_hash(&self.mesh) {
             return Err(error("a training of another mesh".into()));
+        }
+        if header.samples != self.recorded.as_ref().map(|recorded| recorded.sum) {
+            return Err(error("a training from other samples".into()));
         }
         let numbers = &bytes[end + 1..];
         let wanted: usize = self.state().map(|values| 4 * values.len()).sum();

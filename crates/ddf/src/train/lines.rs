@@ -13,8 +13,8 @@ use glam::Vec3;
 use halflight_shape::TriangleMesh;
 use halflight_trace::{MeshTracer, Ray, RayGeometry};
 
-use crate::fast::encode::Part;
-use crate::fast::network::LocalSample;
+use crate::fast::encode::{Move, Part, face_axes};
+use crate::fast::network::{LocalSample, Slope};
 use crate::grid::{Cells, Chord};
 use crate::random::Random;
 
@@ -38,12 +38,12 @@ pub(crate) struct LineSampler {
 }
 
 /// The free stretch of a line about its point.
-struct Free {
-    from: f32,
-    to: f32,
-    /// |n · ω| at the two ends, where they are hits.
-    from_hit: Option<f32>,
-    to_hit: Option<f32>,
+pub(super) struct Free {
+    pub(super) from: f32,
+    pub(super) to: f32,
+    /// Normals at the two ends, where they are hits; zero where they are not known.
+    pub(super) from_hit: Option<Vec3>,
+    pub(super) to_hit: Option<Vec3>,
 }
 
 #[inline(always)]
@@ -98,13 +98,12 @@ impl LineSampler {
         }
     }
 
-    fn cast(&self, origin: Vec3, direction: Vec3) -> (f32, Option<f32>) {
+    fn cast(&self, origin: Vec3, direction: Vec3) -> (f32, Option<Vec3>) {
         let ray = Ray { origin, direction, t_max: HORIZON, time: 0.0 };
         match self.tracer.closest(&ray) {
             Some(hit) => {
                 let [a, b, c] = corners(&self.mesh, hit.primitive as usize);
-                let normal = (b - a).cross(c - a).normalize_or_zero();
-                (hit.t, Some(normal.dot(direction).abs()))
+                (hit.t, Some((b - a).cross(c - a).normalize_or_zero()))
             }
             None => (HORIZON, None),
         }
@@ -118,7 +117,7 @@ impl LineSampler {
         let (origin, free) = if random.float() < 0.5 {
             let origin = point + normal * LIFT.copysign(cosine);
             let (t, hit) = self.cast(origin, direction);
-            (origin, Free { from: 0.0, to: t, from_hit: Some(cosine.abs()), to_hit: hit })
+            (origin, Free { from: 0.0, to: t, from_hit: Some(normal), to_hit: hit })
         } else {
             // Near the surface, as many within each tenth of a cell's logarithm.
             let away = (random.float() * 100f32.ln()).exp() * 0.01;
@@ -172,16 +171,16 @@ impl LineSampler {
     }
 }
 
-struct Line<'a> {
-    origin: Vec3,
-    direction: Vec3,
-    free: &'a Free,
-    margin: f32,
+pub(super) struct Line<'a> {
+    pub(super) origin: Vec3,
+    pub(super) direction: Vec3,
+    pub(super) free: &'a Free,
+    pub(super) margin: f32,
 }
 
 impl Line<'_> {
     /// Adds two samples of a cell, seen along the line or against it; nothing where the line is not free.
-    fn add(&self, chord: &Chord, along: bool, random: &mut Random, to: &mut Vec<LocalSample>) {
+    pub(super) fn add(&self, chord: &Chord, along: bool, random: &mut Random, to: &mut Vec<LocalSample>) {
         let free = self.free;
         // Everything as seen by a ray that goes up: t → −t against the line.
         let (enter, leave, from, until, from_hit, to_hit, sign) = if along {
@@ -192,7 +191,10 @@ impl Line<'_> {
         let end = leave + self.margin;
         // A ray that leaves a surface starts off it, by a random part of a cell along the normal.
         let least = match from_hit {
-            Some(cosine) => from + 0.01 * (random.float() * 30f32.ln()).exp() / cosine.max(0.05),
+            Some(normal) => {
+                let cosine = cosine(normal, self.direction);
+                from + 0.01 * (random.float() * 30f32.ln()).exp() / cosine.max(0.05)
+            }
             None => from,
         };
         let first = (enter - self.margin).max(least);
@@ -201,10 +203,7 @@ impl Line<'_> {
         if first >= last || (to_hit.is_none() && until < end) {
             return;
         }
-        let hit = match to_hit {
-            Some(cosine) if until <= end => Some(cosine),
-            _ => None,
-        };
+        let hit = to_hit.filter(|_| until <= end);
         let direction = self.direction * sign;
         // As a ray that comes from elsewhere, and a marched copy of it.
         for start in [first, first + random.float() * (last - first)] {
@@ -216,9 +215,43 @@ impl Line<'_> {
             };
             to.push(match hit {
                 // An error along the ray is one of |n · ω| across the surface.
-                Some(cosine) => LocalSample { part, hit: until - start, weight: cosine.max(0.1) },
-                None => LocalSample { part, hit: -1.0, weight: 0.0 },
+                Some(normal) => LocalSample {
+                    part,
+                    hit: until - start,
+                    weight: cosine(normal, direction).max(0.1),
+                    slope: slope(&part, normal, start == enter - self.margin, random),
+                },
+                None => LocalSample { part, hit: -1.0, weight: 0.0, slope: Slope::default() },
             });
         }
     }
+}
+
+/// |n · ω|, or its mean over directions where the normal is not known.
+fn cosine(normal: Vec3, direction: Vec3) -> f32 {
+    if normal == Vec3::ZERO { 0.5 } else { normal.dot(direction).abs() }
+}
+
+/// Hits that graze the surface more than this have slopes without bound.
+const LEAST_COSINE: f32 = 0.05;
+
+/// How the distance changes as a part is moved across its ray, with its start kept on the face by which it entered if
+/// it lies there, as a query's does. Moves are scaled so that start and end move by 1 together.
+fn slope(part: &Part, normal: Vec3, starts_on_face: bool, random: &mut Random) -> Slope {
+    let d = part.direction;
+    let facing = normal.dot(d);
+    if facing.abs() < LEAST_COSINE {
+        return Slope::default();
+    }
+    let (u, v) = d.any_orthonormal_pair();
+    let (sin, cos) = (std::f32::consts::TAU * random.float()).sin_cos();
+    let mut start = cos * u + sin * v;
+    let (enter, leave) = face_axes(part);
+    if starts_on_face && d[enter].abs() > 1e-3 {
+        start -= d * (start[enter] / d[enter]);
+    }
+    let length = if d[leave].abs() > 1e-3 { -start[leave] / d[leave] } else { 0.0 };
+    let scale = (start.length_squared() + length * length).sqrt().recip();
+    let (start, length) = (start * scale, length * scale);
+    Slope { by: Move { start, length }, change: -normal.dot(start) / facing, weight: facing.abs() }
 }

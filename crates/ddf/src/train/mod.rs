@@ -7,6 +7,7 @@
 pub(crate) mod adam;
 mod checkpoint;
 pub(crate) mod lines;
+mod recorded;
 
 use std::sync::Arc;
 
@@ -21,9 +22,11 @@ use crate::fast::shape::FastShape;
 use crate::field::DirectedField;
 use crate::grid::{Cells, Level};
 use crate::random::Random;
+use crate::samples::FieldSample;
 use crate::unit::UnitSpace;
 use adam::{Adam, Rate};
 use lines::LineSampler;
+use recorded::Recorded;
 
 /// Gradients that are held side by side. Fixed, because the order of sums must not depend on threads.
 const LANES: usize = 4;
@@ -45,6 +48,8 @@ pub struct TrainOptions {
     pub network_rate: f32,
     /// Weight of the error of distance, in cells, against the cross-entropy of visibility.
     pub distance_weight: f32,
+    /// Weight of the error of the distance's slope, which normals are made of; 0 leaves it out.
+    pub slope_weight: f32,
 }
 
 impl Default for TrainOptions {
@@ -56,6 +61,7 @@ impl Default for TrainOptions {
             feature_rate: 3e-2,
             network_rate: 1e-2,
             distance_weight: 4.0,
+            slope_weight: 2.0,
         }
     }
 }
@@ -71,6 +77,8 @@ pub struct StepReport {
     pub wrong: f64,
     /// Mean error of distance across the surface, in cells.
     pub distance_loss: f64,
+    /// Mean error of the distance's slope across the surface.
+    pub slope_loss: f64,
 }
 
 /// Learns a field from a mesh, step by step.
@@ -81,6 +89,8 @@ pub struct FastTrainer {
     cells: Cells,
     levels: Vec<Level>,
     sampler: LineSampler,
+    /// Samples that take the place of lines, if any were given.
+    recorded: Option<Recorded>,
     parameters: Parameters,
     moments: Vec<Adam>,
     transposed: Vec<f32>,
@@ -141,6 +151,7 @@ impl FastTrainer {
             cells,
             levels,
             sampler,
+            recorded: None,
             parameters,
             moments,
             transposed: Vec::new(),
@@ -149,6 +160,23 @@ impl FastTrainer {
             simd: Simd::detect(),
             arch: pulp::Arch::new(),
         })
+    }
+
+    /// Prepares to learn from samples of a mesh, given in its unit sphere, instead of lines that are cast against it.
+    ///
+    /// # Errors
+    /// As [`FastTrainer::new`], and if there are no samples.
+    pub fn from_samples(
+        mesh: &TriangleMesh,
+        samples: Vec<FieldSample>,
+        options: TrainOptions,
+    ) -> Result<FastTrainer, DdfError> {
+        let mut trainer = FastTrainer::new(mesh, options)?;
+        let shape = &trainer.options.shape;
+        let recorded = Recorded::new(samples, shape.resolution, shape.margin);
+        trainer.recorded =
+            Some(recorded.ok_or_else(|| DdfError::Setting("there are no samples to learn from".into()))?);
+        Ok(trainer)
     }
 
     /// What it was made with.
@@ -181,6 +209,7 @@ impl FastTrainer {
             cells: &self.cells,
             levels: &self.levels,
             sampler: &self.sampler,
+            recorded: self.recorded.as_ref(),
             parameters: &self.parameters,
             transposed: &self.transposed,
             step: self.step,
@@ -207,6 +236,7 @@ impl FastTrainer {
             visibility_loss: mean(loss.visibility, loss.samples),
             wrong: mean(loss.wrong, loss.samples),
             distance_loss: mean(loss.distance, loss.hits),
+            slope_loss: mean(loss.slope, loss.slopes),
         })
     }
 
@@ -280,6 +310,7 @@ struct Shared<'a> {
     cells: &'a Cells,
     levels: &'a [Level],
     sampler: &'a LineSampler,
+    recorded: Option<&'a Recorded>,
     parameters: &'a Parameters,
     transposed: &'a [f32],
     step: u64,
@@ -291,7 +322,10 @@ impl Shared<'_> {
         let lines = self.options.lines_per_step;
         for line in (lines * number / LANES)..(lines * (number + 1) / LANES) {
             let mut random = Random::new(self.options.seed, self.step, line as u64);
-            self.sampler.draw(self.cells, &mut random, &mut lane.samples);
+            match self.recorded {
+                Some(recorded) => recorded.draw(self.cells, &mut random, &mut lane.samples),
+                None => self.sampler.draw(self.cells, &mut random, &mut lane.samples),
+            }
         }
     }
 }
@@ -328,7 +362,7 @@ impl Learn<'_> {
                 parameters,
                 transposed,
                 part,
-                options.distance_weight,
+                [options.distance_weight, options.slope_weight],
                 gradient,
             );
         }

@@ -70,7 +70,10 @@ fn geometry_key(geometry: &Geometry) -> Key {
         }
         Geometry::Rectangle(_) => hasher.add(3),
         Geometry::Disk(_) => hasher.add(4),
-        Geometry::Custom(_) => hasher.add(5),
+        Geometry::Custom(custom) => {
+            hasher.add(5);
+            hasher.add(custom.identity());
+        }
     }
     hasher.key()
 }
