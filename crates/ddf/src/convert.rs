@@ -219,7 +219,8 @@ impl DistanceGrid {
                             continue;
                         }
                         let mut quad = around.map(|(a, b, c)| vertex[index(x - a, y - b, z - c)]);
-                        if here {
+                        // Faces look to where the distance is larger.
+                        if !here {
                             quad.reverse();
                         }
                         mesh.triangles.push([quad[0], quad[1], quad[2]]);
