@@ -54,6 +54,12 @@ pub(crate) fn refuse_too_bright(lights: &Lights, technique: &'static str) -> Res
     Err(TechniqueError { technique, reason })
 }
 
+/// What harmonics of the environment leave out of the lights, in words for the user.
+pub(crate) fn left_out(lights: &Lights) -> Option<String> {
+    let others = !lights.emitters().is_empty() || !lights.deltas().is_empty();
+    others.then(|| "lamps and suns beside the environment are left out".into())
+}
+
 /// A projected map.
 struct Known<const ORDER: usize> {
     map: Arc<EnvironmentMap>,

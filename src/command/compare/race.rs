@@ -40,6 +40,8 @@ struct Station {
     seconds: f64,
     cpu_seconds: Option<f64>,
     peak_memory_bytes: Option<u64>,
+    /// What the technique says of itself.
+    notes: Vec<String>,
 }
 
 pub(super) fn run(args: &CompareArgs, console: Console) -> Result<Comparison, Failure> {
@@ -130,6 +132,9 @@ fn add(comparison: &mut Comparison, name: String, mut stations: Vec<Station>) ->
     let points = stations.iter().map(point).collect::<Result<_, _>>()?;
     comparison.curves.push(Curve { name: name.clone(), points });
     let Some(last) = stations.pop() else { return Ok(()) };
+    for note in last.notes {
+        comparison.note(name.clone(), note);
+    }
     if let Some(cpu) = last.cpu_seconds {
         comparison.note(format!("CPU time of {name}"), words::seconds(cpu));
     }
@@ -163,7 +168,8 @@ impl Course<'_> {
             let meter = Meter::new(self.console, &name, &left, None);
             let result = technique.render(&self.frame, &mut film, &left, &meter);
             meter.finish();
-            if result?.interrupted {
+            let report = result?;
+            if report.interrupted {
                 return Err(Failure::Interrupted);
             }
             let (seconds, cpu_now) = (start.elapsed().as_secs_f64() - idle, resources::cpu_seconds());
@@ -173,6 +179,7 @@ impl Course<'_> {
                 seconds,
                 cpu_seconds: cpu_start.zip(cpu_now).map(|(before, now)| now - before - idle_cpu),
                 peak_memory_bytes: resources::peak_memory_bytes(),
+                notes: report.notes,
             });
             idle = start.elapsed().as_secs_f64() - seconds;
             idle_cpu += cpu_now.zip(resources::cpu_seconds()).map_or(0.0, |(before, after)| after - before);

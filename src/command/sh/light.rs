@@ -68,6 +68,12 @@ impl Light {
                 coefficients.len()
             ));
         }
+        if let Some(said) = value["order"].as_u64().filter(|said| *said != order as u64) {
+            return Err(format!(
+                "order {said}, but {} coefficients, which are those of order {order}",
+                coefficients.len()
+            ));
+        }
         if order > convention.largest_order() {
             return Err(format!(
                 "order {order}, which {name} does not have: it ends at {}",

@@ -6,6 +6,7 @@
 //!   "version": 1,
 //!   "name": "bunny",
 //!   "mesh": "91c58f0ab28d6d3e",
+//!   "checksum": "2f1c0b8a77d1e940",
 //!   "spheres": [
 //!     { "center": [0.1, 0.2, 0.3], "radius": 0.05, "joints": [4, 7], "weights": [0.75, 0.25] }
 //!   ]
@@ -14,7 +15,8 @@
 //!
 //! `mesh` is [`super::RestSurface::hash`] of the surface the set was fitted to, in hexadecimal. Metres, in the frame of
 //! the model at rest. `joints` are nodes of the model, at most four, with as many weights, which sum to 1; both are
-//! absent from a sphere that only moves as a whole. Numbers are written so that they read back to the same bits.
+//! absent from a sphere that only moves as a whole. `checksum` is that of the numbers, so that damage is found; who changes
+//! spheres by hand leaves it out. Numbers are written so that they read back to the same bits.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -48,6 +50,7 @@ struct File {
     _version: u64,
     name: String,
     mesh: String,
+    checksum: Option<String>,
     spheres: Vec<Entry>,
 }
 
@@ -75,7 +78,8 @@ impl SphereSet {
             writer,
             "{{\n  \"format\": \"{FORMAT}\",\n  \"version\": {SPHERES_VERSION},\n  \"name\": {name},"
         )?;
-        writeln!(writer, "  \"mesh\": \"{:016x}\",\n  \"spheres\": [", self.mesh_hash)?;
+        writeln!(writer, "  \"mesh\": \"{:016x}\",", self.mesh_hash)?;
+        writeln!(writer, "  \"checksum\": \"{:016x}\",\n  \"spheres\": [", self.checksum())?;
         for (i, (center, radius)) in self.spheres().enumerate() {
             let [x, y, z] = center.to_array();
             write!(writer, "    {{ \"center\": [{x:?}, {y:?}, {z:?}], \"radius\": {radius:?}")?;
@@ -128,10 +132,28 @@ impl SphereSet {
         if !set.influences.is_empty() && set.influences.len() != set.len() {
             return Err(error("some spheres have joints and some have none".into()).hint(FIT_AGAIN));
         }
+        if file.checksum.is_some_and(|sum| sum != format!("{:016x}", set.checksum())) {
+            return Err(error("its numbers are not those that were written".into()).hint(FIT_AGAIN));
+        }
         if set.is_empty() {
             return Err(error("there is no sphere in it".into()).hint(FIT_AGAIN));
         }
         Ok(set)
+    }
+
+    /// FNV-1a of the bits of all numbers.
+    fn checksum(&self) -> u64 {
+        let spheres = self.spheres().flat_map(|(c, r)| [c.x, c.y, c.z, r]).map(f32::to_bits);
+        let influences = self.influences.iter().flat_map(|i| {
+            // Joints without weight are not written.
+            (0..4)
+                .filter(|&k| i.weights[k] != 0.0)
+                .flat_map(|k| [u32::from(i.joints[k]), i.weights[k].to_bits()])
+        });
+        spheres
+            .chain(influences)
+            .flat_map(u32::to_le_bytes)
+            .fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
     }
 
     fn push(&mut self, entry: &Entry) -> Result<(), String> {
@@ -251,10 +273,11 @@ mod tests {
         assert!(said(FORMAT, "sphere tree").contains("\"sphere tree\""));
         assert!(said("0123456789abcdef", "xyz").contains("\"xyz\""));
         assert!(said("0.33333334", "-1").contains("sphere 0: the radius -1"));
+        assert!(said("0.33333334", "5.0").contains("not those that were written"));
         assert!(said("0.33333334", "1e99").contains("a.spheres"));
         assert!(said("[0.7, 0.3]", "[0.7]").contains("joints"));
         assert!(said("[0.7, 0.3]", "[0.7, 0.7]").contains("sum 1"));
-        assert!(said("\"radius\"", "\"radios\"").contains("line 7"));
+        assert!(said("\"radius\"", "\"radios\"").contains("line 8"));
         let none = bytes(&SphereSet::default());
         assert!(decode(&none).expect_err("it is empty").to_string().contains("no sphere"));
     }

@@ -22,7 +22,7 @@ const HEIGHT: usize = 180;
 const FRAMES: [u32; 2] = [24, 45];
 
 pub(in crate::command::bench) fn measure(args: &BenchArgs) -> Result<Findings, Failure> {
-    let (samples, truth_samples) = if args.quick { (1, 1) } else { (16, 1024) };
+    let (samples, truth_samples) = if args.quick { (1, 16) } else { (16, 1024) };
     let frames = if args.quick { &FRAMES[..1] } else { &FRAMES };
     let mut table = Table::new(["scene", "frame", "mean error", "95 %", "brightness"]);
     for (name, _) in SCENES {

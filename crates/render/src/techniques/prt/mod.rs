@@ -44,7 +44,7 @@ use crate::content::Key;
 use crate::film::Film;
 use crate::gbuffer::Room;
 use crate::looks::{Stages, add_looks};
-use crate::sh_light::{LightCache, SHARP_LIGHT, refuse_too_bright};
+use crate::sh_light::{LightCache, SHARP_LIGHT, left_out, refuse_too_bright};
 use crate::technique::{Budget, Deadline, Progress, RenderReport, Technique, TechniqueError};
 use receivers::Receivers;
 use shade::{Light, Lit};
@@ -150,14 +150,8 @@ impl Prt {
         progress: &dyn Progress,
     ) -> Result<Option<Transfer>, TechniqueError> {
         let path = self.settings.cache.as_ref().map(|cache| cache_file(&cache.path, key));
-        if let Some(path) = path.as_ref().filter(|path| !cache::may_replace(path)) {
-            let reason = format!(
-                "`cache` names {}, which is no transfer cache and is not written over (name another file, or remove it)",
-                path.display()
-            );
-            return Err(TechniqueError { technique: NAME, reason });
-        }
         if let Some(path) = &path {
+            check_cache(path)?;
             match cache::load(path, key, frame, receivers, &self.settings) {
                 Ok(Some(transfer)) => {
                     notes.push(format!("transfer is from {}; {}", path.display(), said(&transfer)));
@@ -221,9 +215,7 @@ impl Prt {
                     .into(),
             );
         }
-        if !frame.lights.emitters().is_empty() || !frame.lights.deltas().is_empty() {
-            notes.push("lamps and suns beside the environment are left out".into());
-        }
+        notes.extend(left_out(&frame.lights));
         notes
     }
 }
@@ -240,6 +232,24 @@ fn said(transfer: &Transfer) -> String {
 /// A file in a folder that is there, or the file itself.
 fn cache_file(path: &std::path::Path, key: &Key) -> PathBuf {
     if path.is_dir() { path.join(format!("{key}.prt.safetensors")) } else { path.to_path_buf() }
+}
+
+/// Refuses names that cannot be those of a cache before anything is worked out.
+fn check_cache(path: &std::path::Path) -> Result<(), TechniqueError> {
+    let refuse = |why: String| {
+        let reason = format!("`cache` names {}, {why}", path.display());
+        Err(TechniqueError { technique: NAME, reason })
+    };
+    if path.extension().is_none_or(|ending| ending != cache::ENDING) {
+        return refuse(format!(
+            "whose name does not end in .{} (other files are never written over; or name a folder)",
+            cache::ENDING
+        ));
+    }
+    if path.parent().is_some_and(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {
+        return refuse("whose folder is not there (make it first)".into());
+    }
+    Ok(())
 }
 
 impl Prepared {

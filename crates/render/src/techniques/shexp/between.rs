@@ -170,7 +170,11 @@ impl<'a, const ORDER: usize> Cell<'a, ORDER> {
             for (gathered, lit) in found.gathered.iter_mut().zip(&found.lit) {
                 let mut integral = [Lanes::default()];
                 batch::dot(self.simd, &joined, std::slice::from_ref(lit), &mut integral);
-                *gathered = Lanes(integral[0].0.map(|integral| PI * integral));
+                *gathered = integral[0];
+            }
+            for (i, point) in self.points[..self.count].iter().enumerate() {
+                let energy = PI * point.map_or(0.0, |point| self.kernels.energy(point));
+                found.gathered.iter_mut().for_each(|gathered| gathered.0[i] *= energy);
             }
         }
         found

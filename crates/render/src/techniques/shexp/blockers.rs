@@ -26,6 +26,9 @@ pub(super) const BODY_EPSILON: f64 = 0.1;
 /// Of larger objects it is that of the first frame.
 const MOST_LIVE: usize = 1024;
 
+/// Squares of stretches that differ by more than this part of their sum are uneven.
+const UNEVEN: f32 = 0.02;
+
 /// So few spheres are not worth a walk through their tree.
 const FEW: usize = 64;
 /// The owner of a sphere that stands for several, which no point has.
@@ -33,12 +36,16 @@ const NOBODY: f32 = -4.0;
 
 /// The sphere sets that are stored beside the files of a scene, under their names. One that is damaged is as good as none:
 /// it is fitted anew.
-fn stored_beside(scene: &Scene) -> Vec<(PathBuf, SphereSet)> {
+fn stored_beside(scene: &Scene, notes: &mut Vec<String>) -> Vec<(PathBuf, SphereSet)> {
     let beside = scene.files().iter().map(|file| file.with_extension("spheres"));
-    beside
-        .filter(|path| path.is_file())
-        .filter_map(|path| Some((path.clone(), SphereSet::load(&path).ok()?)))
-        .collect()
+    let mut sets = Vec::new();
+    for path in beside.filter(|path| path.is_file()) {
+        match SphereSet::load(&path) {
+            Ok(set) => sets.push((path, set)),
+            Err(error) => notes.push(format!("spheres are fitted anew: {error}")),
+        }
+    }
+    sets
 }
 
 /// What stands for an object of the scene.
@@ -46,6 +53,8 @@ struct Body {
     object: usize,
     set: SphereSet,
     multiplicities: Vec<f32>,
+    /// From where the spheres were fitted, which is stretched as the object was, to the object's own space.
+    unstretched: Option<Affine3A>,
 }
 
 /// An object that is spheres already.
@@ -122,14 +131,18 @@ impl Group {
 
 impl Bodies {
     /// Fits a set of `count` spheres to each mesh of a scene.
-    pub(super) fn fit(scene: &Scene, count: usize, progress: &dyn Progress) -> Self {
+    pub(super) fn fit(scene: &Scene, frame: &Frame, count: usize, progress: &dyn Progress) -> Self {
         let mut bodies = Self::default();
-        let stored = stored_beside(scene);
+        let stored = stored_beside(scene, &mut bodies.notes);
         let total = scene.object_count() as u64;
         for object in 0..scene.object_count() {
             progress.report("spheres fitted to meshes", object as u64, total);
-            let Some(surface) = scene.rest_surface(object) else { continue };
             let name = scene.object_name(object);
+            let posed = frame.objects.iter().find(|posed| posed.object == object);
+            let Some(mut surface) = scene.rest_surface(object) else {
+                bodies.notes.extend(posed.and_then(|posed| throws_none(frame, posed.instances.start, name)));
+                continue;
+            };
             if count == 0 {
                 continue;
             }
@@ -139,10 +152,12 @@ impl Bodies {
                 bodies.notes.push(format!("{name} is flat and throws no shadow"));
                 continue;
             }
-            if let Some((path, set)) = stored.iter().find(|(_, set)| set.mesh_hash == surface.hash()) {
+            let is_plain = posed.and_then(|posed| posed.places.first()).is_none_or(|place| !is_uneven(place));
+            let fitting = stored.iter().filter(|_| is_plain);
+            if let Some((path, set)) = fitting.into_iter().find(|(_, set)| set.mesh_hash == surface.hash()) {
                 if set.len() == count {
                     bodies.notes.push(format!("the spheres of {name} are from {}", path.display()));
-                    bodies.add(object, set.clone());
+                    bodies.add(object, set.clone(), None);
                     continue;
                 }
                 bodies.notes.push(format!(
@@ -152,18 +167,31 @@ impl Bodies {
                     set.len()
                 ));
             }
+            let place = posed.and_then(|posed| posed.places.first());
+            let mut unstretched = None;
+            if let Some(place) = place.filter(|place| is_uneven(place)) {
+                if surface.influences.is_empty() {
+                    let stretch = Affine3A::from_mat3(place.matrix3.into());
+                    surface.mesh.positions.iter_mut().for_each(|p| *p = stretch.transform_point3(*p));
+                    unstretched = Some(stretch.inverse());
+                } else {
+                    bodies
+                        .notes
+                        .push(format!("{name} is stretched unevenly; the spheres that stand for it are not"));
+                }
+            }
             let options = SphereFitOptions { spheres: count, ..SphereFitOptions::default() };
             match SphereSet::fit_surface(&surface, &options) {
-                Ok((set, _)) => bodies.add(object, set),
+                Ok((set, _)) => bodies.add(object, set, unstretched),
                 Err(error) => bodies.notes.push(format!("{name} throws no shadow: {error}")),
             }
         }
         bodies
     }
 
-    fn add(&mut self, object: usize, set: SphereSet) {
+    fn add(&mut self, object: usize, set: SphereSet, unstretched: Option<Affine3A>) {
         let multiplicities = multiplicities(&set.spheres().collect::<Vec<_>>(), Overlap::Any);
-        self.bodies.push(Body { object, set, multiplicities });
+        self.bodies.push(Body { object, set, multiplicities, unstretched });
     }
 
     /// Learns how the spheres of a frame overlap.
@@ -200,6 +228,7 @@ impl Bodies {
             if let Some(body) = self.bodies.iter().find(|body| body.object == posed.object) {
                 let set = body.set.posed(&posed.joints);
                 for place in &posed.places {
+                    let place = &body.unstretched.map_or(*place, |back| *place * back);
                     for (sphere, multiplicity) in set.spheres().zip(&body.multiplicities) {
                         let weight = if attenuation { 1.0 / multiplicity } else { 1.0 };
                         blockers.bodies.push(blocker(place, sphere, owner, weight));
@@ -239,6 +268,30 @@ impl Bodies {
         }
         blockers
     }
+}
+
+/// Why an object that is no mesh throws no shadow, if it does not.
+fn throws_none(frame: &Frame, instance: u32, name: &str) -> Option<String> {
+    let instance = frame.world.instances().get(instance as usize)?;
+    match instance.geometry.as_ref() {
+        Geometry::Spheres(_) if is_uneven(&instance.transform.open) => {
+            Some(format!("{name} is stretched unevenly; as a blocker it is spheres of the mean size"))
+        }
+        Geometry::Spheres(_) | Geometry::HeightField(_) | Geometry::Rectangle(_) => None,
+        _ => Some(format!("{name} is neither mesh nor spheres nor height field, and throws no shadow")),
+    }
+}
+
+/// Whether a transform makes ellipsoids of spheres.
+fn is_uneven(place: &Affine3A) -> bool {
+    let squares = place.matrix3.transpose() * place.matrix3;
+    let (size, mut apart) = (squares.x_axis.x + squares.y_axis.y + squares.z_axis.z, 0.0f32);
+    for (i, column) in [squares.x_axis, squares.y_axis, squares.z_axis].into_iter().enumerate() {
+        for j in 0..3 {
+            apart = apart.max((column[j] - if i == j { size / 3.0 } else { 0.0 }).abs());
+        }
+    }
+    apart > UNEVEN * size
 }
 
 fn blocker(place: &Affine3A, (center, radius): (Vec3, f32), owner: f32, weight: f32) -> SphereBlocker {
@@ -322,4 +375,98 @@ fn multiplicities(spheres: &[(Vec3, f32)], overlap: Overlap) -> Vec<f32> {
 /// Whether two caps may overlap at all; cheaper than how much.
 fn touches(a: &Cap, b: &Cap) -> bool {
     a.direction.distance_squared(b.direction) < (a.half_angle + b.half_angle).powi(2)
+}
+
+#[cfg(test)]
+mod tests {
+    use halflight_sh::batch::{self, Lanes, PointLanes};
+    use halflight_sh::{BlockerTable, ClosedForm, Exponential, Sh, Simd, Zh};
+
+    use super::*;
+
+    /// A body of overlapping balls.
+    fn filled() -> Vec<(Vec3, f32)> {
+        let mut spheres = Vec::new();
+        for i in 0..5 * 5 * 5 {
+            let center = 0.3 * (Vec3::new((i % 5) as f32, (i / 5 % 5) as f32, (i / 25) as f32) - 2.0);
+            if center.length() < 0.61 {
+                spheres.push((center, 0.4));
+            }
+        }
+        spheres
+    }
+
+    /// The same by many directions.
+    fn open_by_rays(spheres: &[(Vec3, f32)], from: Vec3) -> f32 {
+        let (count, normal) = (20_000, -from.normalize());
+        let (mut all, mut open) = (0.0f32, 0.0f32);
+        for i in 0..count {
+            let y = 1.0 - (2 * i + 1) as f32 / count as f32;
+            let (sin, cos) = (i as f32 * 2.399_963_2).sin_cos();
+            let direction = Vec3::new(cos, 0.0, sin) * (1.0 - y * y).sqrt() + Vec3::Y * y;
+            let cosine = direction.dot(normal).max(0.0);
+            let meets = |&(center, radius): &(Vec3, f32)| {
+                let to = center - from;
+                to.dot(direction) > 0.0 && to.cross(direction).length() < radius
+            };
+            all += cosine;
+            open += if spheres.iter().any(meets) { 0.0 } else { cosine };
+        }
+        open / all
+    }
+
+    /// The part of the irradiance from a white sky that gets past blockers to a point that faces them.
+    fn open(table: &BlockerTable<4>, blockers: &[SphereBlocker], from: Vec3) -> f32 {
+        let mut point = PointLanes::default();
+        for axis in 0..3 {
+            point.position[axis] = Lanes::splat(axes(from)[axis]);
+            point.normal[axis] = Lanes::splat(axes(-from.normalize())[axis]);
+        }
+        point.owner = Lanes::splat(-1.0);
+        let zero = Sh::<4>::zero().map(Lanes::splat);
+        let (mut log, mut visible) = ([zero], [zero]);
+        batch::accumulate_spheres(Simd::Baseline, table, &[point], blockers, &mut log);
+        batch::exponential(Simd::Baseline, Exponential::default(), &log, &mut visible);
+        let cosine: Zh<4> = Zh::clamped_cosine();
+        batch::lane(&visible[0], 0).dot(&cosine.to_direction(axes(-from.normalize()))) / std::f32::consts::PI
+    }
+
+    #[test]
+    fn spheres_that_fill_one_body_hide_what_their_union_hides() {
+        let spheres = filled();
+        let body = BlockerTable::closed_form(ClosedForm::Fixed { epsilon: BODY_EPSILON });
+        let multiplicities = multiplicities(&spheres, Overlap::Any);
+        let blockers = |weight: &dyn Fn(usize) -> f32| -> Vec<SphereBlocker> {
+            let blocker = |(i, &(center, radius)): (usize, &(Vec3, f32))| SphereBlocker {
+                center: axes(center),
+                radius,
+                weight: weight(i),
+                owner: 0.0,
+            };
+            spheres.iter().enumerate().map(blocker).collect()
+        };
+        for distance in [1.5f32, 2.0, 4.0] {
+            let from = Vec3::new(0.6, 0.64, 0.48) * distance;
+            let exact = open_by_rays(&spheres, from);
+            let found = open(&body, &blockers(&|i| 1.0 / multiplicities[i]), from);
+            let single = open(&BlockerTable::new(), &blockers(&|i| 1.0 / multiplicities[i]), from);
+            println!(
+                "{distance}: {exact:.3}, with ε of a body {found:.3}, with the table of single spheres {single:.3}"
+            );
+            assert!((found - exact).abs() < 0.12, "{distance}: {found} {exact}");
+            assert!((found - exact).abs() < (single - exact).abs(), "{distance}: {found} {single} {exact}");
+        }
+    }
+
+    #[test]
+    fn only_stretches_that_differ_are_uneven() {
+        let turned = Affine3A::from_rotation_y(0.7) * Affine3A::from_scale(Vec3::splat(3.0));
+        assert!(!is_uneven(&turned) && !is_uneven(&Affine3A::IDENTITY));
+        assert!(is_uneven(&(turned * Affine3A::from_scale(Vec3::new(1.0, 1.1, 1.0)))));
+        assert!(is_uneven(&Affine3A::from_mat3(glam::Mat3::from_cols(
+            Vec3::X,
+            Vec3::new(0.4, 1.0, 0.0),
+            Vec3::Z
+        ))));
+    }
 }

@@ -112,11 +112,12 @@ pub(super) struct FieldVisibility {
     /// From the field's directions to the world's, where its axes are not the world's.
     turn: Option<Mat3>,
     highest: f32,
+    instance: u32,
 }
 
 impl FieldVisibility {
-    /// A field in the world; `None` if the transform cannot be undone.
-    pub(super) fn new(field: &HeightField, place: &Affine3A) -> Option<Self> {
+    /// A field in the world, which is that instance; `None` if the transform cannot be undone.
+    pub(super) fn new(field: &HeightField, instance: u32, place: &Affine3A) -> Option<Self> {
         let to_field = place.inverse();
         if !to_field.is_finite() {
             return None;
@@ -144,7 +145,14 @@ impl FieldVisibility {
             to_field,
             turn: (!upright).then_some(turn),
             highest: field.height_range().1,
+            instance,
         })
+    }
+
+    /// Whether a point of this field is on its lower side: from there all of the field is above, and what arrives comes from
+    /// below, past nothing but what hangs lower, which is left out.
+    pub(super) fn is_below(&self, instance: u32, normal: Vec3) -> bool {
+        instance == self.instance && self.to_field.matrix3.transpose().inverse().mul_vec3(normal).y < 0.0
     }
 
     /// What the field leaves visible from points of the world, in the frame of the harmonics (polar axis up).
@@ -313,7 +321,7 @@ mod tests {
         let field =
             HeightField::new(columns, rows, Vec2::new(-3.0, -2.0), Vec2::new(4.0, 1.5), heights.collect())
                 .unwrap();
-        let marched = FieldVisibility::new(&field, &Affine3A::IDENTITY).unwrap();
+        let marched = FieldVisibility::new(&field, 0, &Affine3A::IDENTITY).unwrap();
         for simd in [Simd::Baseline, Simd::Avx2, Simd::Avx512] {
             for i in 0..200 {
                 let at = |step: f32, span: f32| (i as f32 * step).fract() * span;
@@ -330,7 +338,7 @@ mod tests {
     #[test]
     fn a_row_of_posts_is_marched() {
         let field = HeightField::new(2, 40, Vec2::ZERO, Vec2::new(0.1, 4.0), vec![0.5; 80]).unwrap();
-        let marched = FieldVisibility::new(&field, &Affine3A::IDENTITY).unwrap();
+        let marched = FieldVisibility::new(&field, 0, &Affine3A::IDENTITY).unwrap();
         assert!(horizon(&marched, Vec3::new(0.05, 0.0, 2.0)).iter().all(|sine| *sine > 0.2));
     }
 
@@ -341,7 +349,7 @@ mod tests {
         let heights: Vec<f32> =
             (0..n * n).map(|i| if (i / n) as f32 / 256.0 * 8.0 - 4.0 >= 2.0 { 1.0 } else { 0.0 }).collect();
         let field = HeightField::new(n, n, Vec2::splat(-4.0), Vec2::splat(4.0), heights).unwrap();
-        let marched = FieldVisibility::new(&field, &Affine3A::IDENTITY).unwrap();
+        let marched = FieldVisibility::new(&field, 0, &Affine3A::IDENTITY).unwrap();
         let sines = horizon(&marched, Vec3::ZERO);
         // Towards +z and beside it; sideways and behind nothing. A step may pass the foot of a sheer wall by half an octave.
         assert!((sines[0] - 1.0 / 5.0f32.sqrt()).abs() < 0.12, "{sines:?}");
@@ -353,7 +361,7 @@ mod tests {
     fn from_above_the_sky_is_seen_past_the_border() {
         let field =
             HeightField::new(33, 33, Vec2::splat(-1.0), Vec2::splat(1.0), vec![0.0; 33 * 33]).unwrap();
-        let marched = FieldVisibility::new(&field, &Affine3A::IDENTITY).unwrap();
+        let marched = FieldVisibility::new(&field, 0, &Affine3A::IDENTITY).unwrap();
         let sines = horizon(&marched, Vec3::new(0.0, 1.0, 0.0));
         for (k, expected) in [(0, -0.5f32.sqrt()), (2, -1.0 / 3.0f32.sqrt()), (4, -0.5f32.sqrt())] {
             assert!((sines[k] - expected).abs() < 1e-3, "{k}: {sines:?}");

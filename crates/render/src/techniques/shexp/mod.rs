@@ -27,8 +27,9 @@ mod shade;
 mod solve;
 mod wedge;
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
+use halflight_scene::lights::Lights;
 use halflight_scene::{Frame, Scene};
 use halflight_sh::{BlockerTable, ClosedForm};
 use halflight_trace::{Geometry, Instance};
@@ -39,11 +40,12 @@ pub use settings::{BlockerLog, Composition, ExponentialKind, GlossyForm, ShexpSe
 use crate::film::{Film, Region};
 use crate::gbuffer::Room;
 use crate::looks::{Stages, add_looks};
-use crate::sh_light::{FrameLight, LightCache, SHARP_LIGHT, refuse_too_bright, simd};
+use crate::sh_light::{FrameLight, LightCache, SHARP_LIGHT, left_out, refuse_too_bright, simd};
 use crate::technique::{Budget, Deadline, Progress, RenderReport, Technique, TechniqueError};
 use blockers::{BODY_EPSILON, Bodies};
 use horizon::FieldVisibility;
 use plate::Plate;
+use shade::Kernels;
 pub(crate) use solve::Receiver;
 use solve::{Solver, Tables};
 use wedge::WedgeTable;
@@ -71,6 +73,7 @@ enum State {
 
 struct Prepared<const ORDER: usize> {
     tables: Mutex<Option<Arc<Tables<ORDER>>>>,
+    kernels: OnceLock<Kernels<ORDER>>,
     light: LightCache<ORDER>,
     /// Memory that is kept from picture to picture.
     lights: Mutex<refine::Lights<ORDER>>,
@@ -78,7 +81,12 @@ struct Prepared<const ORDER: usize> {
 
 impl<const ORDER: usize> Default for Prepared<ORDER> {
     fn default() -> Self {
-        Self { tables: Mutex::new(None), light: LightCache::default(), lights: Mutex::default() }
+        Self {
+            tables: Mutex::new(None),
+            kernels: OnceLock::new(),
+            light: LightCache::default(),
+            lights: Mutex::default(),
+        }
     }
 }
 
@@ -133,7 +141,12 @@ impl<const ORDER: usize> Prepared<ORDER> {
 
 impl Shexp {
     /// What the picture leaves out.
-    fn notes<const ORDER: usize>(&self, light: &FrameLight<ORDER>, spheres: usize) -> Vec<String> {
+    fn notes<const ORDER: usize>(
+        &self,
+        light: &FrameLight<ORDER>,
+        lights: &Lights,
+        spheres: usize,
+    ) -> Vec<String> {
         let mut notes = vec![format!(
             "direct light of the environment only, in {ORDER} bands, which keep {:.1} % of its energy; {spheres} spheres \
              block it",
@@ -145,6 +158,7 @@ impl Shexp {
                     .into(),
             );
         }
+        notes.extend(left_out(lights));
         notes.extend(self.bodies.notes.iter().cloned());
         notes
     }
@@ -165,6 +179,7 @@ impl Shexp {
             return Err(TechniqueError { technique: NAME, reason: reason.into() });
         };
         let tables = prepared.tables(&self.settings);
+        let kernels = prepared.kernels.get_or_init(|| Kernels::new(&self.settings));
         let mut stages = Stages::default();
         let blockers = stages.time("spheres", || self.bodies.pose(frame, self.settings.attenuation));
         let fields = stages.time("heights", || fields(frame));
@@ -181,15 +196,17 @@ impl Shexp {
             exponential: self.settings.exponential(),
             cut: self.settings.cut_degrees.to_radians().sin(),
         };
-        let mut report =
-            RenderReport { notes: self.notes(&light, blockers.len()), ..RenderReport::default() };
+        let mut report = RenderReport {
+            notes: self.notes(&light, &frame.lights, blockers.len()),
+            ..RenderReport::default()
+        };
         let (mut solved, mut pixels) = (0, 0);
         let work = (&mut report, stages);
         let region = Region::whole(film.width(), film.height());
         add_looks(frame, (film, region), (budget, &deadline), progress, work, &self.room, |view, stages| {
             let mut lights =
                 std::mem::take(&mut *prepared.lights.lock().unwrap_or_else(PoisonError::into_inner));
-            let picture = refine::shade(&solver, view, frame, &self.settings, &mut lights, stages);
+            let picture = refine::shade(&solver, view, frame, (&self.settings, kernels), &mut lights, stages);
             let points = lights.len();
             *prepared.lights.lock().unwrap_or_else(PoisonError::into_inner) = lights;
             (solved, pixels) = (solved + points, pixels + picture.len());
@@ -207,20 +224,22 @@ impl Shexp {
 
 /// The spheres that stand for the meshes of a scene, and how those that are there overlap.
 fn learn(scene: &Scene, settings: &ShexpSettings, progress: &dyn Progress) -> Result<Bodies, TechniqueError> {
-    let mut bodies = Bodies::fit(scene, settings.spheres as usize, progress);
     let frame =
         scene.at(0.0).map_err(|error| TechniqueError { technique: NAME, reason: error.to_string() })?;
+    let mut bodies = Bodies::fit(scene, &frame, settings.spheres as usize, progress);
     bodies.look_at(&frame);
     Ok(bodies)
 }
 
 /// The height fields of a frame, ready to be marched.
 fn fields(frame: &Frame) -> Vec<FieldVisibility> {
-    let field = |instance: &Instance| match instance.geometry.as_ref() {
-        Geometry::HeightField(tracer) => FieldVisibility::new(tracer.field(), &instance.transform.open),
+    let field = |(index, instance): (u32, &Instance)| match instance.geometry.as_ref() {
+        Geometry::HeightField(tracer) => {
+            FieldVisibility::new(tracer.field(), index, &instance.transform.open)
+        }
         _ => None,
     };
-    frame.world.instances().iter().filter_map(field).collect()
+    (0..).zip(frame.world.instances()).filter_map(field).collect()
 }
 
 /// The flat rectangles of a frame. More than a few would cost more than they hide: only the largest are taken.

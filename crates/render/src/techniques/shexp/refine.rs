@@ -58,7 +58,7 @@ impl<const ORDER: usize> Lights<ORDER> {
 pub(super) struct Refinement<'a, const ORDER: usize> {
     solver: &'a Solver<'a, ORDER>,
     view: &'a GBuffer,
-    kernels: Kernels<ORDER>,
+    kernels: &'a Kernels<ORDER>,
     /// By how much the irradiances that surround a pixel may differ.
     tolerance: f32,
     known: &'a mut Lights<ORDER>,
@@ -73,7 +73,7 @@ pub(super) fn shade<const ORDER: usize>(
     solver: &Solver<ORDER>,
     view: &GBuffer,
     frame: &Frame,
-    settings: &ShexpSettings,
+    (settings, kernels): (&ShexpSettings, &Kernels<ORDER>),
     known: &mut Lights<ORDER>,
     stages: &mut Stages,
 ) -> Vec<Vec3> {
@@ -82,7 +82,7 @@ pub(super) fn shade<const ORDER: usize>(
     let mut refinement = Refinement {
         solver,
         view,
-        kernels: Kernels::new(settings),
+        kernels,
         tolerance: settings.tolerance * unshadowed(solver.light),
         known,
         with_logarithms: false,
@@ -110,7 +110,7 @@ impl<const ORDER: usize> Refinement<'_, ORDER> {
     /// Pixels in which nothing is; and whether any of the others adds its lobe as a logarithm.
     fn look_past(&mut self, frame: &Frame) {
         let any = AtomicBool::new(false);
-        let kernels = &self.kernels;
+        let kernels = self.kernels;
         let pixels = self.view.pixels.par_iter().with_min_len(4096);
         pixels.zip(&mut self.radiance).zip(&mut self.open).for_each(|((visible, radiance), open)| {
             match visible {
@@ -246,7 +246,7 @@ impl<const ORDER: usize> Refinement<'_, ORDER> {
         if corners.iter().all(Option::is_none) {
             return;
         }
-        let mut cell = Cell::new(self.solver.simd, &self.kernels, corners, self.tolerance);
+        let mut cell = Cell::new(self.solver.simd, self.kernels, corners, self.tolerance);
         for row in square.rows(width) {
             let y = (row.start / width - square.top) as f32 / (square.bottom - square.top).max(1) as f32;
             for place in row.clone() {

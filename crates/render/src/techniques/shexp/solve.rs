@@ -202,6 +202,11 @@ impl<const ORDER: usize> Solver<'_, ORDER> {
     fn past_field(&self, field: &FieldVisibility, receivers: &[Receiver], seen: &mut Vec<Sh<ORDER>>) {
         let positions = receivers.iter().map(|receiver| receiver.position);
         field.visible(self.simd, &self.tables.wedges, positions, seen);
+        for (receiver, seen) in receivers.iter().zip(seen) {
+            if field.is_below(receiver.instance, receiver.normal) {
+                *seen = Sh::one();
+            }
+        }
     }
 
     /// The scattered spheres, or what stands for groups of them, with their weights for a group of points.
