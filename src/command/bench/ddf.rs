@@ -8,8 +8,8 @@ use std::time::Instant;
 
 use glam::Vec3;
 use halflight_ddf::{
-    Cloud, FastShape, FastTrainer, FieldTracer, SampleScheme, SeedOptions, SeedTrainer, TrainOptions,
-    UnitSpace, chamfer_e3, draw_samples, evaluate, field_points, mesh_points,
+    Cloud, DirectedField, FastShape, FastTrainer, FieldTracer, SampleScheme, SeedOptions, SeedTrainer,
+    TrainOptions, UnitSpace, chamfer_e3, draw_samples, evaluate, field_points, mesh_points,
 };
 use halflight_trace::bench::{View, cpu_seconds_of_process, primary_rays};
 use halflight_trace::{Geometry, Instance, MeshTracer, Ray, RayGeometry, World};
@@ -216,28 +216,21 @@ pub(super) fn networks(args: &BenchArgs) -> Result<Findings, Failure> {
         trainer.step((spent / budget) as f32).map_err(fail)?;
         spent = cpu_seconds_of_process() - start;
     }
-    let network = trainer.network();
-    let asked_rays: Vec<(Vec3, Vec3)> = rays.iter().map(|ray| (ray.origin, ray.direction)).collect();
+    let seeds = DirectedField::of_seed(trainer.network(), unit);
+    let asked_rays: Vec<(Vec3, Vec3)> =
+        rays.iter().map(|ray| (unit.from_unit(ray.origin), ray.direction / unit.scale)).collect();
     let start = cpu_seconds_of_process();
-    let said = network.query(&asked_rays);
+    let said = seeds.query_many(&asked_rays);
     let asked = cpu_seconds_of_process() - start;
-    let right =
-        rays.iter().zip(&said).filter(|(ray, said)| said.is_some() == tracer.closest(ray).is_some()).count();
-    // Its surface, as rays from all around see it.
-    let mut points = Vec::new();
-    for azimuth in 0..12 {
-        let turn = glam::Quat::from_rotation_y(azimuth as f32 * 0.52);
-        let eye = view.target + turn * (view.eye - view.target);
-        let rays = primary_rays(&View { eye, ..view }, 128);
-        let asked: Vec<(Vec3, Vec3)> = rays.iter().map(|ray| (ray.origin, ray.direction)).collect();
-        let said = network.query(&asked);
-        points.extend(rays.iter().zip(said).filter_map(|(ray, t)| Some(ray.at(t?))));
-    }
-    let step = (points.len() / count.max(1)).max(1);
-    let cloud = Cloud::new(points.into_iter().step_by(step).collect());
+    let right = rays
+        .iter()
+        .zip(&said)
+        .filter(|(ray, said)| said.0.is_some() == tracer.closest(ray).is_some())
+        .count();
+    let cloud = Cloud::new(field_points(&seeds, count, 2));
     table.row([
         "002, 8 × 512".to_string(),
-        network.parameters().to_string(),
+        seeds.parameters().to_string(),
         trainer.steps_done().to_string(),
         format!("{:.4}", (trainer.steps_done() as usize * batch) as f64 / spent * 1e-6),
         format!("{:.3}", rays.len() as f64 / asked * 1e-6),
