@@ -96,7 +96,7 @@ fn make(brdf: &Arc<MeasuredBrdf>) -> Tables {
     let bsdf = material.bsdf(&SurfaceInput::default());
     let bandwidth = reflectance_bandwidth(&material, &bsdf);
     let parts = Split::new(&material, &material).parts;
-    let samples = Arc::new(HalfSamples::new(density(&[bsdf]), &parts, &bandwidth));
+    let samples = Arc::new(HalfSamples::new(density(&bsdf), &parts, &bandwidth));
     Tables { bandwidth, samples }
 }
 

@@ -96,6 +96,14 @@ impl Parts {
         }
     }
 
+    /// Each part of a mix alone.
+    pub(super) fn wholes(&self) -> Option<[Parts; 2]> {
+        match self {
+            Parts::Mixed(pair, _) => Some(pair.each_ref().map(|part| Parts::Whole(Box::new(part.clone())))),
+            _ => None,
+        }
+    }
+
     /// Whether there is a second part.
     pub(super) fn is_double(&self) -> bool {
         !matches!(self, Parts::Whole(_))

@@ -66,10 +66,15 @@ impl<'a> Shader<'a> {
         if let Some(environment) = self.light.environment {
             shares = match (&lobe.directions, self.settings.mode) {
                 (_, Mode::Reference) => self.joined(point, environment, place, samples[0], gathered),
-                (Directions::Table(table), Mode::Plain | Mode::Preconvolved | Mode::Forward)
+                (Directions::Table(tables), Mode::Plain | Mode::Preconvolved | Mode::Forward)
                     if lobe.is_complete || point.color == Vec3::ONE =>
                 {
-                    self.by_table(point, table, environment, place, samples[0], gathered)
+                    let mut by =
+                        |table| self.by_table(point, table, environment, place, samples[0], gathered);
+                    match tables.as_slice() {
+                        [first, second] => [by(first)[0], by(second)[0]],
+                        tables => tables.first().map(|table| by(table)).unwrap_or_default(),
+                    }
                 }
                 _ => self.by_itself(point, environment, place, samples[0], gathered),
             };
