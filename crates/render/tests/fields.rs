@@ -79,6 +79,6 @@ fn a_field_hides_light_from_the_floor_below_it_as_its_mesh_does() {
     let [field, mesh, none] = all(&|scene| floor(scene, Prt::new(prt.clone())));
     assert!(mesh < 0.85 * none && (field - mesh).abs() < 0.03 * none, "prt: {field} {mesh} {none}");
     let shexp = ShexpSettings { spheres: 8, ..ShexpSettings::DEFAULT };
-    let [field, mesh, none] = all(&|scene| floor(scene, Shexp::new(shexp.clone())));
+    let [field, mesh, none] = all(&|scene| floor(scene, Shexp::new(shexp)));
     assert!(mesh < 0.85 * none && (field - mesh).abs() < 0.05 * none, "shexp: {field} {mesh} {none}");
 }
