@@ -1,7 +1,7 @@
 """Send frames, tiles, transfer and training to the machines of a Ray cluster.
 
     python cluster.py frames scene.toml --frames 1..24 --tiles 4 --spp 64 -o frames/out.####.exr --address auto
-    python cluster.py transfer scene.toml -o scene.prt --address auto
+    python cluster.py transfer scene.toml -o scene.safetensors --address auto
     python cluster.py field bunny.ply --steps 4000 -o bunny.ddf --address auto
 
 Without --address a cluster of this machine alone is started. A worker that is lost is replaced by another, which does the lost

@@ -41,7 +41,7 @@ class TileJob:
         with tempfile.TemporaryDirectory() as folder:
             options = dict(self.options)
             if self.transfer is not None:
-                cache = pathlib.Path(folder, "transfer.prt")
+                cache = pathlib.Path(folder, "transfer.safetensors")
                 cache.write_bytes(self.transfer)
                 options["settings"] = {**options.get("settings", {}), "cache": str(cache)}
             tile = self.tile if self.tile[1] > 1 else None
@@ -66,7 +66,7 @@ class TransferJob:
     def run(self) -> bytes:
         """The bytes of the transfer's file."""
         with tempfile.TemporaryDirectory() as folder:
-            cache = pathlib.Path(folder, "transfer.prt")
+            cache = pathlib.Path(folder, "transfer.safetensors")
             settings = {**self.settings, "cache": str(cache)}
             hl.render(self.scene, "prt", settings=settings, samples=1, size=(16, 16), threads=1)
             return cache.read_bytes()

@@ -76,7 +76,7 @@ def test_transfer_is_made_once_and_used_everywhere(nodes: Any, tmp_path: pathlib
         environment="sky",
         shapes=[{"type": "sphere", "center": [0, 0.5, 0], "radius": 0.5}, {"type": "plane"}],
     )
-    transfer = halflight_cluster.transfer_of(scene, str(tmp_path / "scene.prt"))
+    transfer = halflight_cluster.transfer_of(scene, str(tmp_path / "scene.safetensors"))
     [name] = halflight_cluster.render_frames(
         scene, [0], str(tmp_path / "p.##.exr"), technique="prt", tiles=2, transfer=transfer, samples=2
     )
