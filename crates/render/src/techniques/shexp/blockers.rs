@@ -152,21 +152,7 @@ impl Bodies {
                 bodies.notes.push(format!("{name} is flat and throws no shadow"));
                 continue;
             }
-            let is_plain = posed.and_then(|posed| posed.places.first()).is_none_or(|place| !is_uneven(place));
-            let fitting = stored.iter().filter(|_| is_plain);
-            if let Some((path, set)) = fitting.into_iter().find(|(_, set)| set.mesh_hash == surface.hash()) {
-                if set.len() == count {
-                    bodies.notes.push(format!("the spheres of {name} are from {}", path.display()));
-                    bodies.add(object, set.clone(), None);
-                    continue;
-                }
-                bodies.notes.push(format!(
-                    "{} has {} spheres for {name}, not {count}: they are fitted anew (shexp.spheres = {} takes them)",
-                    path.display(),
-                    set.len(),
-                    set.len()
-                ));
-            }
+            // Stored spheres are of the mesh as it is, and do not fit one that is stretched.
             let place = posed.and_then(|posed| posed.places.first());
             let mut unstretched = None;
             if let Some(place) = place.filter(|place| is_uneven(place)) {
@@ -179,6 +165,19 @@ impl Bodies {
                         .notes
                         .push(format!("{name} is stretched unevenly; the spheres that stand for it are not"));
                 }
+            }
+            if let Some((path, set)) = stored.iter().find(|(_, set)| set.mesh_hash == surface.hash()) {
+                if set.len() == count {
+                    bodies.notes.push(format!("the spheres of {name} are from {}", path.display()));
+                    bodies.add(object, set.clone(), unstretched);
+                    continue;
+                }
+                bodies.notes.push(format!(
+                    "{} has {} spheres for {name}, not {count}: they are fitted anew (shexp.spheres = {} takes them)",
+                    path.display(),
+                    set.len(),
+                    set.len()
+                ));
             }
             let options = SphereFitOptions { spheres: count, ..SphereFitOptions::default() };
             match SphereSet::fit_surface(&surface, &options) {
