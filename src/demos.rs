@@ -93,6 +93,18 @@ pub const DEMOS: &[Demo] = &[
         files: &[model!("whale.glb")],
     },
     Demo {
+        name: "three-figures",
+        text: include_str!("../scenes/three-figures.toml"),
+        technique: "bandwidth",
+        files: &[model!("marble.png")],
+    },
+    Demo {
+        name: "car-body",
+        text: include_str!("../scenes/car-body.toml"),
+        technique: "bandwidth",
+        files: &[],
+    },
+    Demo {
         name: "hammered",
         text: include_str!("../scenes/hammered.toml"),
         technique: "bandwidth",

@@ -34,8 +34,8 @@ pub(crate) struct SceneArgs {
     /// measured .binary file. NAME=SPEC replaces the material NAME of a scene file
     #[arg(long, value_name = "SPEC", help_heading = "Scene")]
     pub(crate) material: Option<String>,
-    /// A field (.ddf) in place of the mesh of a shape of a scene file; repeatable
-    #[arg(long = "shape", value_name = "NAME=FIELD", value_parser = assignment, help_heading = "Scene")]
+    /// A field (.ddf) in place of the mesh of a shape of a scene file, or another mesh; repeatable
+    #[arg(long = "shape", value_name = "NAME=FILE", value_parser = assignment, help_heading = "Scene")]
     pub(crate) shape: Vec<(String, String)>,
     /// Set any key of the scene (camera.aperture_radius=0.05) or of a technique (path.max_depth=4); repeatable
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = checked_assignment, help_heading = "Scene")]
@@ -110,7 +110,7 @@ impl SceneArgs {
             },
             environment: self.environment.clone(),
             material: self.material.clone(),
-            fields: self.shape.clone(),
+            shapes: self.shape.clone(),
             set: self.set.clone(),
             size: self.size,
         }

@@ -23,8 +23,8 @@ pub struct Changes {
     pub environment: Option<PathBuf>,
     /// Material of a bare asset, or of shapes without one; `NAME=SPEC` replaces one of a scene file.
     pub material: Option<String>,
-    /// Fields in place of meshes: names of shapes, and files.
-    pub fields: Vec<(String, String)>,
+    /// Fields (`.ddf`) in place of meshes, or other meshes: names of shapes, and files.
+    pub shapes: Vec<(String, String)>,
     /// `key=value`, of the scene or of a technique.
     pub set: Vec<String>,
     /// The size of the picture, by which bare assets are framed.
@@ -52,13 +52,16 @@ impl Stage {
         let (of_technique, of_scene): (Vec<String>, Vec<String>) =
             changes.set.iter().cloned().partition(|text| is_of_technique(text));
         // As text of TOML, whose strings are those of JSON for what file names hold.
-        let field = |(name, file): &(String, String)| format!("shape.{name}.field={}", json!(file));
-        let fields = changes.fields.iter().map(field);
+        let shape = |(name, file): &(String, String)| {
+            let key = if extension(file.as_ref()) == "ddf" { "field" } else { "file" };
+            format!("shape.{name}.{key}={}", json!(file))
+        };
+        let shapes = changes.shapes.iter().map(shape);
         let options = LoadOptions {
             environment: changes.environment.clone(),
             material: changes.material.clone(),
             size: changes.size.map(|size| [size.width as u32, size.height as u32]),
-            set: of_scene.into_iter().chain(fields).collect(),
+            set: of_scene.into_iter().chain(shapes).collect(),
             simd,
             up: changes.up,
         };

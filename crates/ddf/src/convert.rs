@@ -4,7 +4,7 @@ use std::f32::consts::{PI, TAU};
 
 use glam::{UVec3, Vec3};
 use halflight_sh::Sh;
-use halflight_shape::TriangleMesh;
+use halflight_shape::{Lattice, TriangleMesh};
 use rayon::prelude::*;
 
 use crate::field::{DirectedField, FieldHit};
@@ -164,72 +164,11 @@ impl DistanceGrid {
         self
     }
 
-    /// The surface at a distance, as a mesh: surface nets (Gibson 1998): a vertex in each cell that the surface crosses,
-    /// at the mean of its crossings, and a quadrilateral for each edge. Around an unsigned distance it is a shell on both
-    /// sides of the surface.
+    /// The surface at a distance, as a mesh. Around an unsigned distance it is a shell on both sides of the surface.
     #[must_use]
     pub fn surface(&self, distance: f32) -> TriangleMesh {
-        let n = self.posts as usize;
-        let index = |x: usize, y: usize, z: usize| (z * n + y) * n + x;
+        let lattice = Lattice { posts: [self.posts as usize; 3], low: self.low, step: self.step };
         // Where nothing was seen the field counts as far.
-        let value = |i: usize| self.values[i].min(1e6 * self.step) - distance;
-        let mut mesh = TriangleMesh::default();
-        let mut vertex = vec![u32::MAX; n * n * n];
-        for z in 0..n - 1 {
-            for y in 0..n - 1 {
-                for x in 0..n - 1 {
-                    let corner = |c: usize| (x + (c & 1), y + (c >> 1 & 1), z + (c >> 2));
-                    let values: [f32; 8] = std::array::from_fn(|c| {
-                        let (x, y, z) = corner(c);
-                        value(index(x, y, z))
-                    });
-                    let (mut sum, mut count) = (Vec3::ZERO, 0.0);
-                    for a in 0..8usize {
-                        for axis in [1, 2, 4] {
-                            let b = a | axis;
-                            if a & axis != 0 || (values[a] < 0.0) == (values[b] < 0.0) {
-                                continue;
-                            }
-                            let at =
-                                |c: usize| Vec3::new((c & 1) as f32, (c >> 1 & 1) as f32, (c >> 2) as f32);
-                            let part = (values[a] / (values[a] - values[b])).clamp(0.0, 1.0);
-                            sum += at(a).lerp(at(b), part);
-                            count += 1.0;
-                        }
-                    }
-                    if count > 0.0 {
-                        vertex[index(x, y, z)] = mesh.positions.len() as u32;
-                        let local = Vec3::new(x as f32, y as f32, z as f32) + sum / count;
-                        mesh.positions.push(self.low + self.step * local);
-                    }
-                }
-            }
-        }
-        for z in 1..n - 1 {
-            for y in 1..n - 1 {
-                for x in 1..n - 1 {
-                    let here = value(index(x, y, z)) < 0.0;
-                    let edges = [
-                        (index(x + 1, y, z), [(0, 0, 0), (0, 1, 0), (0, 1, 1), (0, 0, 1)]),
-                        (index(x, y + 1, z), [(0, 0, 0), (0, 0, 1), (1, 0, 1), (1, 0, 0)]),
-                        (index(x, y, z + 1), [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]),
-                    ];
-                    for (other, around) in edges {
-                        if here == (value(other) < 0.0) {
-                            continue;
-                        }
-                        let mut quad = around.map(|(a, b, c)| vertex[index(x - a, y - b, z - c)]);
-                        // Faces look to where the distance is larger.
-                        if !here {
-                            quad.reverse();
-                        }
-                        mesh.triangles.push([quad[0], quad[1], quad[2]]);
-                        mesh.triangles.push([quad[0], quad[2], quad[3]]);
-                    }
-                }
-            }
-        }
-        mesh.triangles.retain(|t| t.iter().all(|&v| v != u32::MAX));
-        mesh
+        lattice.surface_net(|post| self.values[post].min(1e6 * self.step) - distance)
     }
 }

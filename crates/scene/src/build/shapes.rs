@@ -186,6 +186,22 @@ impl Builder {
             }
             ShapeKind::Generated(spec) => {
                 let mesh = generated(spec);
+                if let Some(file) = &spec.file {
+                    let model = self.model(file)?;
+                    let (form, materials) =
+                        self.place_model(name, &model, file, None, (0.0, 1.0, true), material);
+                    let Some(local) = in_place_of(&mesh, &form.outline(0.0)) else {
+                        self.reader.report(Problem::new(
+                            &shape.origin,
+                            format!(
+                                "{} has no height, so it cannot take the place of another mesh",
+                                file.path.display()
+                            ),
+                        ));
+                        return None;
+                    };
+                    return Some((form, materials, local, false));
+                }
                 let slots = mesh.material_slots.iter().max().map_or(1, |&slot| slot as usize + 1);
                 let index = one(self)[0];
                 let form = self.mesh_form(name, mesh, Some(spec.shading), &material);
@@ -374,6 +390,17 @@ fn as_mesh(kind: &ShapeKind) -> Option<(TriangleMesh, bool)> {
     })
 }
 
+/// What scales points to the height of a mesh and puts the middle of their box where that of the mesh is.
+fn in_place_of(mesh: &TriangleMesh, points: &[Vec3]) -> Option<Affine3A> {
+    let bounds = points.iter().fold((Vec3::MAX, Vec3::MIN), |(low, high), &p| (low.min(p), high.max(p)));
+    let [(low, high), (old_low, old_high)] = [mesh.bounds()?, bounds];
+    let scale = (high.y - low.y) / (old_high.y - old_low.y);
+    let moved = Affine3A::from_translation(0.5 * (low + high))
+        * Affine3A::from_scale(Vec3::splat(scale))
+        * Affine3A::from_translation(-0.5 * (old_low + old_high));
+    (scale > 0.0 && moved.is_finite()).then_some(moved)
+}
+
 fn generated(spec: &GeneratedSpec) -> TriangleMesh {
     let (radius, tube, height, around) = (spec.radius, spec.tube, spec.height, spec.detail as usize);
     match spec.mesh {
@@ -389,6 +416,10 @@ fn generated(spec: &GeneratedSpec) -> TriangleMesh {
         GeneratedName::Blob => generate::blob(radius, spec.seed, (spec.detail / 5).max(1).ilog2().min(8)),
         GeneratedName::ShaderBall => generate::shader_ball(around),
         GeneratedName::Figure => generate::figure(height),
+        GeneratedName::Rabbit => generate::rabbit(height, around),
+        GeneratedName::Seated => generate::seated(height, around),
+        GeneratedName::Dragon => generate::dragon(height, around),
+        GeneratedName::Car => generate::car_body(height, around),
     }
 }
 

@@ -260,6 +260,14 @@ choices! {
         "shader-ball" => ShaderBall,
         /// A standing figure of capsules, `height` tall, facing +z.
         "figure" => Figure,
+        /// A sitting rabbit with uneven fur, `height` tall, facing +z, on y = 0.
+        "rabbit" => Rabbit,
+        /// A robed figure that sits on a round base, `height` tall, facing +z, on y = 0.
+        "seated" => Seated,
+        /// A winding dragon with scales and spikes, `height` tall, its head at +x, on y = 0.
+        "dragon" => Dragon,
+        /// A small car, `height` tall, its nose at +z, on y = 0.
+        "car" => Car,
     }
 }
 
@@ -269,6 +277,9 @@ record! {
         /// Which.
         #[example = "\"vase\""]
         mesh: GeneratedName,
+        /// A mesh, as in `"mesh"`, that takes its place: scaled to its height, its middle where the other's is.
+        #[example = "\"bunny.ply\""]
+        file: Option<FilePath>,
         /// A radius, for those that have one.
         #[unit = "metres"]
         #[example = "0.5"]

@@ -7,6 +7,7 @@
 //! | `normals` | angle-weighted vertex normals, facets |
 //! | `tangents` | tangent frames for normal maps |
 //! | `weld` | which vertices stand at the same place |
+//! | `surface_net` | the surface where values on a lattice change their sign |
 //! | `subdivide` | midpoint subdivision, whole or down to an edge length, without cracks |
 //! | `displace` | displacement along the normal |
 //! | `combine` | transforming and joining |
@@ -16,12 +17,14 @@ mod displace;
 mod measure;
 mod normals;
 mod subdivide;
+mod surface_net;
 mod tangents;
 mod validate;
 mod weld;
 
 use glam::{Vec2, Vec3, Vec4};
 
+pub use surface_net::Lattice;
 pub use validate::{MAX_COORDINATE, MeshError, MeshFlaws};
 
 /// Triangles that share vertices. Attributes other than positions may be absent: their vectors are then empty.

@@ -9,6 +9,7 @@
 //! assert_eq!(knot.triangles.len(), 2 * 256 * 32);
 //! ```
 
+mod clay;
 mod objects;
 mod round;
 mod solids;
@@ -20,6 +21,7 @@ use glam::{Affine3A, Vec2, Vec3};
 
 use crate::TriangleMesh;
 
+pub use clay::{car_body, dragon, rabbit, seated};
 pub use objects::{blob, figure, monolith, pot, shader_ball, vase};
 pub use round::{capsule, ico_sphere, knot, torus, uv_sphere};
 pub use solids::{cuboid, plane, rounded_box};
@@ -106,6 +108,7 @@ fn smooth_across_seams(mesh: &mut TriangleMesh) {
 
 #[cfg(test)]
 mod tests {
+    use std::cmp::Ordering;
     use std::f32::consts::PI;
 
     use super::*;
@@ -126,10 +129,10 @@ mod tests {
         for t in &mesh.triangles {
             for i in 0..3 {
                 let (a, b) = (key(t[i]), key(t[(i + 1) % 3]));
-                if a < b {
-                    *edges.entry((a, b)).or_default() += 1;
-                } else {
-                    *edges.entry((b, a)).or_default() -= 1;
+                match a.cmp(&b) {
+                    Ordering::Less => *edges.entry((a, b)).or_default() += 1,
+                    Ordering::Greater => *edges.entry((b, a)).or_default() -= 1,
+                    Ordering::Equal => {}
                 }
             }
         }
@@ -188,6 +191,10 @@ mod tests {
             ("blob", blob(0.5, 7, 5)),
             ("figure", figure(1.75)),
             ("shader ball", shader_ball(96)),
+            ("rabbit", rabbit(1.0, 64)),
+            ("seated", seated(1.0, 160)),
+            ("dragon", dragon(1.0, 224)),
+            ("car", car_body(1.4, 96)),
         ] {
             check(name, &mesh, None);
             assert!(is_closed(&mesh), "{name} is closed");
