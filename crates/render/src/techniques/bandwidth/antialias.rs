@@ -28,7 +28,9 @@ fn parted(a: &SurfacePoint, b: &SurfacePoint) -> bool {
         return false;
     }
     let step = b.position - a.position;
-    a.normal.dot(b.normal) < CREASE || a.geometric_normal.dot(step).abs() > EDGE * step.length()
+    a.normal.dot(b.normal) < CREASE
+        || a.is_facet_beside(b)
+        || a.geometric_normal.dot(step).abs() > EDGE * step.length()
 }
 
 /// Looks again through the pixels that need it, at up to `side` × `side` places each; returns how many pixels those were.
@@ -141,7 +143,10 @@ impl Finer<'_> {
             for dx in -1..=1 {
                 let Some(index) = self.neighbour(pixel, (dx, dy)) else { continue };
                 let other = &self.surfaces.points[index];
-                if !other.is_of(point) || other.normal.dot(point.normal) < CREASE {
+                if !other.is_of(point)
+                    || other.normal.dot(point.normal) < CREASE
+                    || other.is_facet_beside(point)
+                {
                     continue;
                 }
                 let away = other.position - point.position;

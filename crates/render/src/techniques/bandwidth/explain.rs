@@ -11,7 +11,6 @@ use super::BandwidthTechnique;
 use super::curvature::{self, Bend};
 use super::light::FrameLight;
 use super::predict::{Buffer, Judge, turned};
-use super::settings::Mode;
 use super::surface::{SurfacePoint, Surfaces};
 
 impl BandwidthTechnique {
@@ -22,7 +21,7 @@ impl BandwidthTechnique {
             return None;
         }
         let lobes = self.lobes_of(frame);
-        let light = FrameLight::new(frame, &self.light, self.settings.mode == Mode::Preconvolved);
+        let light = FrameLight::new(frame, &self.light, self.settings.mode);
         let surfaces = Surfaces::look(frame, [width, height], Vec2::splat(0.5), Vec::new());
         let judge = Judge::new(frame, &light, &lobes, &self.settings, [width, height]);
         let buffer = Buffer::new(&judge, &surfaces);

@@ -10,12 +10,16 @@
 //!
 //! M is narrow along the projected normal, 1/cos² times as steep as across (the seed has it the other way round). A point
 //! of another object or material, or turned far away, has no weight, so nothing leaks over silhouettes; where the weights
-//! that remain are less than half of all, the pixel is shaded.
+//! that remain are less than half of all, the pixel is shaded. Facets tell nothing of each other.
+//!
+//! What was predicted is then checked: where points around differ by more than what may lie between them, at the border of
+//! a shadow or on a highlight narrower than predicted, the pixel is shaded as well. The seed trusts its prediction.
 
 use glam::{Vec2, Vec3};
+use halflight_scene::lights::luminance;
 use rayon::prelude::*;
 
-use super::gather::TOGETHER;
+use super::gather::{Blocking, TOGETHER};
 use super::parts::Shares;
 use super::predict::{Buffer, COARSEST, FEWEST, Predicted};
 use super::pyramid::MinPyramid;
@@ -28,6 +32,14 @@ const PLANE: f32 = 0.35;
 const TURNED: f32 = 0.8;
 /// Least share of the weights that has to remain, and where the pixel itself asks for a level coarser still.
 const REMAINS: [f32; 2] = [0.5, 0.2];
+/// The same where shadow rays are traced: the border of a shadow often lies beside an edge.
+const REMAINS_IN_SHADOWS: [f32; 2] = [0.75, 0.75];
+/// What points around may differ by at an error of 10 %, over their sum; it grows with the error as the spacing does.
+const CONTRAST: f32 = 0.25;
+/// The error at which it is that.
+const CONTRAST_ERROR: f32 = 0.1;
+/// Coarsest level where there are shadows: of them nothing is predicted, so they have to be met by chance.
+const COARSEST_OF_SHADOWS: i32 = 2;
 /// Most samples of a point for speaking for many pixels.
 const MOST_FOR_MANY: u32 = 512;
 /// Weight of the tilt in the exponent, for steps in spacings of the coarser lattice.
@@ -56,7 +68,12 @@ pub(super) struct Shaded {
 pub(super) fn shade(shader: &Shader, surfaces: &Surfaces, buffer: &Buffer) -> Shaded {
     let (width, height) = (surfaces.width, surfaces.height);
     let smaller = width.min(height).ilog2() as i32;
-    let coarsest = COARSEST.min(smaller) as usize;
+    let (most, remains) = match shader.blocking {
+        Blocking::Rays => (COARSEST_OF_SHADOWS, REMAINS_IN_SHADOWS),
+        Blocking::Spheres(_) => (COARSEST_OF_SHADOWS, REMAINS),
+        Blocking::Nothing => (COARSEST, REMAINS),
+    };
+    let coarsest = most.min(smaller) as usize;
     // Where nothing is nothing has to be shaded.
     let level = |(predicted, point): (&Predicted, &SurfacePoint)| {
         if point.is_there() { predicted.level } else { i8::MAX }
@@ -80,6 +97,8 @@ pub(super) fn shade(shader: &Shader, surfaces: &Surfaces, buffer: &Buffer) -> Sh
             surfaces,
             across,
             down,
+            contrast: CONTRAST * (shader.settings.target_error() / CONTRAST_ERROR).sqrt(),
+            floor: buffer.floor,
         };
         rays += finer
             .par_chunks_mut(columns)
@@ -100,7 +119,7 @@ pub(super) fn shade(shader: &Shader, surfaces: &Surfaces, buffer: &Buffer) -> Sh
                             && point.is_there()
                             && let Some(shares) = {
                                 let coarser = buffer.pixels[index].level > k as i8 + 1;
-                                known.between(point, place, [i, j], REMAINS[usize::from(coarser)])
+                                known.between(point, place, [i, j], remains[usize::from(coarser)])
                             }
                         {
                             *out = Known { shares, samples: 0, shaded: false };
@@ -144,6 +163,10 @@ struct Lattice<'a> {
     /// Directions in which the picture goes on to the right and down.
     across: Vec3,
     down: Vec3,
+    /// What points around may differ by, over their sum.
+    contrast: f32,
+    /// Luminance below which differences do not count.
+    floor: f32,
 }
 
 impl Lattice<'_> {
@@ -160,6 +183,7 @@ impl Lattice<'_> {
             Span::new(y, j, self.spacing, self.surfaces.height)
         });
         let (mut sum, mut weights) = (Shares::default(), 0.0);
+        let (mut least_sent, mut most_sent) = (f32::MAX, 0.0f32);
         for (dj, &py) in rows.places[..rows.number].iter().enumerate() {
             for (di, &px) in columns.places[..columns.number].iter().enumerate() {
                 let parent = self.surfaces.at(px, py);
@@ -170,9 +194,14 @@ impl Lattice<'_> {
                 sum[0] += weight * known[0];
                 sum[1] += weight * known[1];
                 weights += weight;
+                if weight > 0.0 {
+                    let sent = luminance(known[0] + known[1]);
+                    (least_sent, most_sent) = (least_sent.min(sent), most_sent.max(sent));
+                }
             }
         }
-        (weights >= least).then(|| [sum[0] / weights, sum[1] / weights])
+        let is_smooth = most_sent - least_sent <= self.contrast * (most_sent + least_sent).max(self.floor);
+        (weights >= least && is_smooth).then(|| [sum[0] / weights, sum[1] / weights])
     }
 }
 
@@ -216,7 +245,7 @@ impl Kernel {
     }
 
     fn weight(&self, point: &SurfacePoint, parent: &SurfacePoint, step: Vec2) -> f32 {
-        if !parent.is_of(point) || parent.normal.dot(point.normal) < TURNED {
+        if !parent.is_of(point) || parent.normal.dot(point.normal) < TURNED || point.is_facet_beside(parent) {
             return 0.0;
         }
         let away = parent.position - point.position;

@@ -3,6 +3,7 @@
 //! From the environment's map, whenever it changes: a pyramid of directions, each with the mean of L, the mean of L² and
 //! the bandwidth weighted by L within the texel, by which a few directions tell what many would meet, a sun included;
 //! and for pre-convolved shading its convolutions. All are kept in the space of the map, so that turning it costs nothing.
+//! Its suns are taken out first; they are lamps, [`super::suns`].
 //! Shining surfaces and lamps are sampled as they are; how finely they shine is in `lamps`.
 
 use std::sync::{Arc, Mutex, PoisonError};
@@ -18,6 +19,8 @@ use halflight_scene::lights::{Environment, EnvironmentMap, Lights, luminance};
 use super::convolved::{self, Convolved};
 use super::lamps::{LampPictures, Lamps};
 use super::octahedral::Octahedral;
+use super::settings::Mode;
+use super::suns::{self, Sun};
 
 /// Texels along the finest level of the pyramid: 1.6° each.
 const FINEST: usize = 128;
@@ -36,6 +39,9 @@ pub(super) struct Brought {
 /// What was made from a map.
 pub(super) struct MapTables {
     map: Arc<EnvironmentMap>,
+    /// The map without its suns: itself where it has none.
+    rest: Arc<EnvironmentMap>,
+    suns: Vec<Sun>,
     /// L, L², Lν; the finest first, each half as large as the one before.
     pyramid: Vec<Octahedral>,
     convolved: Option<Convolved>,
@@ -68,11 +74,15 @@ impl LightCache {
 impl MapTables {
     fn new(map: &Arc<EnvironmentMap>, convolved: bool) -> Self {
         let (width, height) = map.size();
-        let image = RgbImage::from_fn(width, height, |x, y| map.texel(x, y).to_array());
+        let whole = RgbImage::from_fn(width, height, |x, y| map.texel(x, y).to_array());
+        let (suns, rest, image) = match suns::split(&whole) {
+            Some((suns, rest)) => (suns, Arc::new(EnvironmentMap::new(rest.clone())), rest),
+            None => (Vec::new(), Arc::clone(map), whole),
+        };
         let values = image.pixels.iter().map(|&p| luminance(Vec3::from(p))).collect();
         let plane = Plane { width, height, values };
         let bandwidth = EnvironmentBandwidth::new(&plane, Filter::Smooth, Rule::Within);
-        let environment = Environment { map: Arc::clone(map), rotation: 0.0, intensity: Vec3::ONE };
+        let environment = Environment { map: Arc::clone(&rest), rotation: 0.0, intensity: Vec3::ONE };
         let fine = |direction: Vec3| {
             let l = luminance(environment.radiance(direction));
             [l, l * l, l * bandwidth.along(direction), 0.0]
@@ -116,7 +126,7 @@ impl MapTables {
             let itself = Octahedral::new(size, |d| environment.radiance(d).extend(0.0).to_array());
             Convolved::new(&std::iter::once(itself).chain((1..=LEVELS).map(table)).collect::<Vec<_>>())
         });
-        Self { map: Arc::clone(map), pyramid, convolved }
+        Self { map: Arc::clone(map), rest, suns, pyramid, convolved }
     }
 
     /// Bytes that all tables occupy.
@@ -135,6 +145,10 @@ fn add(sum: &mut [f32; 4], value: [f32; 4], share: f32) {
 /// All light of one frame.
 pub(super) struct FrameLight<'a> {
     pub(super) environment: Option<&'a Environment>,
+    /// The same without its suns, as tables of materials see it.
+    pub(super) sky: Option<Environment>,
+    /// Its suns, in the world.
+    pub(super) suns: Vec<Sun>,
     /// The map's tables, where there is an environment.
     pub(super) tables: Option<Arc<MapTables>>,
     /// Everything that is not the environment.
@@ -148,9 +162,9 @@ pub(super) struct FrameLight<'a> {
 }
 
 impl<'a> FrameLight<'a> {
-    pub(super) fn new(frame: &'a Frame, cache: &LightCache, convolved: bool) -> Self {
+    pub(super) fn new(frame: &'a Frame, cache: &LightCache, mode: Mode) -> Self {
         let environment = frame.lights.environment();
-        let tables = environment.map(|e| cache.tables(&e.map, convolved));
+        let tables = environment.map(|e| cache.tables(&e.map, mode == Mode::Preconvolved));
         let rotation = environment.map_or(0.0, |e| e.rotation);
         let (sin, cos) = rotation.sin_cos();
         // The azimuth atan2(x, −z) grows by the rotation.
@@ -160,14 +174,29 @@ impl<'a> FrameLight<'a> {
         let emitters = frame.lights.emitters().to_vec();
         let deltas = frame.lights.deltas().to_vec();
         let local = Lights::new(None, emitters, deltas, radius);
+        let (mut sky, mut suns) = (environment.cloned(), Vec::new());
+        if let (Some(tables), Some(sky)) = (&tables, &mut sky)
+            && matches!(mode, Mode::Plain | Mode::Preconvolved)
+        {
+            sky.map = Arc::clone(&tables.rest);
+            suns = suns::seen(&tables.suns, to_map.transpose(), sky.intensity);
+        }
         Self {
             environment,
+            sky,
+            suns,
             tables,
             lamps: Lamps::new(local.emitters(), &cache.lamps),
             local,
             to_map,
             scale: environment.map_or(0.0, |e| luminance(e.intensity)),
         }
+    }
+
+    /// Whether a lobe of this bandwidth, in cycles per radian, shows the texels of the map: half a period to a texel.
+    pub(super) fn tells_texels(&self, lobe: f32) -> bool {
+        let texel = self.environment.map_or(0.0, |e| std::f32::consts::TAU / e.map.size().0 as f32);
+        2.0 * lobe * texel > 1.0
     }
 
     /// Whether anything but the environment shines.

@@ -9,7 +9,7 @@
 //! | file | what it does |
 //! |---|---|
 //! | `surface`, `curvature` | what each pixel shows |
-//! | `light`, `octahedral`, `convolved`, `lamps` | the light of a frame |
+//! | `light`, `octahedral`, `convolved`, `suns`, `lamps` | the light of a frame |
 //! | `lobes`, `samples`, `parts`, `paint` | materials: bandwidth, importance samples, what pictures paint on them |
 //! | `kept` | tables of measured materials in files |
 //! | `predict`, `pyramid` | the bandwidth buffer |
@@ -40,6 +40,7 @@ mod pyramid;
 mod samples;
 mod settings;
 mod shade;
+mod suns;
 mod surface;
 #[cfg(test)]
 mod tests;
@@ -62,6 +63,7 @@ use hierarchy::{Known, Shaded};
 use light::{FrameLight, LightCache};
 use lobes::{Lobe, LobeCache};
 use predict::{Buffer, Judge};
+use samples::MOST_SAMPLES;
 use shade::Shader;
 use surface::{SurfacePoint, Surfaces};
 
@@ -230,8 +232,7 @@ impl Technique for BandwidthTechnique {
         let mut stages = Stages::default();
         let mut report = RenderReport::default();
         let (lobes, light) = stages.time("light and materials", || {
-            let convolved = self.settings.mode == Mode::Preconvolved;
-            (self.lobes_of(frame), FrameLight::new(frame, &self.light, convolved))
+            (self.lobes_of(frame), FrameLight::new(frame, &self.light, self.settings.mode))
         });
         let openness = stages.time("blockers", || self.openness.as_ref().map(|known| known.of(frame)));
         let blocking = match (&openness, self.settings.visibility) {
@@ -276,8 +277,8 @@ impl BandwidthTechnique {
         };
         let shaded = look.shaded.pixels.iter().filter(|p| p.shaded).count();
         let samples: u64 = look.shaded.pixels.iter().map(|p| u64::from(p.samples)).sum();
-        let memory: usize = lobes.iter().map(|lobe| lobe.memory_bytes()).sum::<usize>()
-            + light.tables.as_ref().map_or(0, |tables| tables.memory_bytes());
+        let memory: usize =
+            lobes::memory_bytes(lobes) + light.tables.as_ref().map_or(0, |tables| tables.memory_bytes());
         let mut notes = vec![format!("one bounce of light, {shadows}")];
         if look.buffer.is_some() {
             notes.push(format!(
@@ -291,6 +292,24 @@ impl BandwidthTechnique {
         if self.settings.antialias != Antialias::One && look.buffer.is_some() {
             let share = 100.0 * look.finer as f64 / look.shaded.pixels.len() as f64;
             notes.push(format!("{share:.1} % of all pixels are antialiased"));
+        }
+        if !light.suns.is_empty() {
+            let suns = match light.suns.len() {
+                1 => "one narrow bright light of the map is shaded by itself".to_string(),
+                n => format!("{n} narrow bright lights of the map are shaded by themselves"),
+            };
+            notes.push(suns);
+        }
+        if let Some(buffer) = &look.buffer {
+            let most = |p: &&predict::Predicted| p.samples.iter().any(|&n| usize::from(n) >= MOST_SAMPLES);
+            let capped = buffer.pixels.iter().filter(most).count();
+            if capped * 100 > look.covered {
+                notes.push(format!(
+                    "{:.0} % of the pixels would need more than {MOST_SAMPLES} samples for an error of {} %",
+                    100.0 * capped as f64 / look.covered as f64,
+                    100.0 * self.settings.target_error(),
+                ));
+            }
         }
         notes.extend(self.openness.iter().flat_map(Openness::notes).cloned());
         notes.extend(self.lobes.notes.lock().unwrap_or_else(PoisonError::into_inner).iter().cloned());

@@ -6,8 +6,9 @@
 //! V = Var λ/p, N = V/(target · mean)²                                                            §2.4
 //! ```
 //!
-//! The sums over directions vary slowly: they are judged at every fourth pixel of every fourth row, and a pixel takes the
-//! noisiest of those judgements around it that are of its own object and material, with the mean of their ν, or makes its own. Curvature, distance,
+//! The sums over directions vary slowly: they are judged at every fourth pixel of every fourth row, each takes the noisiest of
+//! those beside it, and a pixel what lies between those around it that are of its own object and material, or makes its own.
+//! Curvature, distance,
 //! angle and texture are the pixel's own. For distant light one mean serves all of them, as the rest of the
 //! chain is the same for all directions.
 //!
@@ -28,7 +29,8 @@ use super::curvature::{self, Bend};
 use super::light::FrameLight;
 use super::lobes::{Directions, Lobe, Probe};
 use super::samples::{GROUP, MOST_SAMPLES};
-use super::settings::{BandwidthSettings, Mode};
+use super::settings::BandwidthSettings;
+use super::shade::Way;
 use super::surface::{SurfacePoint, Surfaces};
 
 /// Pixels between judgements, along each axis.
@@ -50,6 +52,8 @@ const DENSITY: f32 = 1.5;
 const STRATIFIED: f32 = 0.16;
 /// The variance that is told is so many times what the directions tell, as they are few and neighbours of what they mean.
 const CAUTION: f32 = 2.0;
+/// Squared relative error of one sample of a lobe so sharp that it sees a sun or does not.
+const FOUND: f32 = 4.0;
 /// The error at which it is that.
 const DENSITY_ERROR: f32 = 0.04;
 
@@ -76,6 +80,22 @@ impl Judgement {
         judged.variance[kind] = variance;
         judged.relative[kind] = (variance / (mean * mean).max(f32::MIN_POSITIVE)).min(f32::MAX);
         judged
+    }
+
+    fn add(&mut self, other: &Self, weight: f32) {
+        for kind in 0..2 {
+            self.mean[kind] += weight * other.mean[kind];
+            self.variance[kind] += weight * other.variance[kind];
+            self.relative[kind] += weight * other.relative[kind];
+        }
+        self.limited += weight * other.limited;
+        self.local += weight * other.local;
+    }
+
+    fn over(&self, weights: f32) -> Self {
+        let mut mean = Self::default();
+        mean.add(self, 1.0 / weights);
+        mean
     }
 }
 
@@ -138,11 +158,13 @@ impl<'a> Judge<'a> {
         let [x, y, z] = turned(point.axes(), view).map(|axis| self.light.to_map * axis);
         let front = self.light.to_map * point.geometric_normal;
         if self.light.environment.is_some() {
+            let way = Way::of(point, lobe, self.light, self.settings);
             judged = lobe
                 .probes(view.z)
-                .map(|probes| self.judge_distant(probes, [x, y, z], front))
+                .map(|probes| self.judge_distant(probes, way.filtered, [x, y, z], front))
                 .reduce(|a, b| larger(&a, &b))
                 .unwrap_or_default();
+            self.judge_suns(point, lobe, way.suns, &mut judged);
         }
         if self.light.has_local() && !matches!(lobe.directions, Directions::Single | Directions::None) {
             let bend = curvature::measure(surfaces, lobe, pixel);
@@ -156,8 +178,13 @@ impl<'a> Judge<'a> {
     }
 
     /// What a lobe brings to the eye of the environment.
-    fn judge_distant(&self, probes: &[Probe], [x, y, z]: [Vec3; 3], front: Vec3) -> Judgement {
-        let filtered = self.settings.mode == Mode::Preconvolved;
+    fn judge_distant(
+        &self,
+        probes: &[Probe],
+        filtered: bool,
+        [x, y, z]: [Vec3; 3],
+        front: Vec3,
+    ) -> Judgement {
         let target = self.settings.target_error();
         let (mut first, mut second, mut limited) = (0.0, 0.0, 0.0);
         for probe in probes {
@@ -175,6 +202,34 @@ impl<'a> Judge<'a> {
         let mut judged = Judgement::of(0, first / probes.len() as f32, variance(first, second, probes.len()));
         judged.limited = if first > 0.0 { limited / first } else { 0.0 };
         judged
+    }
+
+    /// Adds what suns bring: they pass all that the lobe does, and have no noise where they are asked by themselves.
+    fn judge_suns(&self, point: &SurfacePoint, lobe: &Lobe, asked: bool, judged: &mut Judgement) {
+        if self.light.suns.is_empty() || matches!(lobe.directions, Directions::Single | Directions::None) {
+            return;
+        }
+        let bsdf = point.bsdf(self.frame);
+        let (axes, mut view) = (point.axes(), point.view());
+        view.z *= point.side;
+        let (mut mean, mut limited) = (0.0, 0.0);
+        for sun in &self.light.suns {
+            let (direction, power) = sun.whole();
+            let [x, y, z] = axes.map(|axis| axis.dot(direction));
+            if point.geometric_normal.dot(direction) * z <= 0.0 {
+                continue;
+            }
+            let weight = luminance(bsdf.eval(view, Vec3::new(x, y, point.side * z)) * power);
+            mean += weight;
+            limited += weight * lobe.towards(point, direction);
+        }
+        let all = judged.mean[0] + mean;
+        if !(all > 0.0 && all.is_finite()) {
+            return;
+        }
+        let variance = judged.variance[0] + if asked { 0.0 } else { FOUND * mean * mean };
+        let limited = (judged.mean[0] * judged.limited + limited) / all;
+        *judged = Judgement { limited, ..Judgement::of(0, all, variance) };
     }
 
     /// What local lights bring to the eye, by the lobe at this place or by the part of a mix that asks for most.
@@ -239,7 +294,7 @@ impl<'a> Judge<'a> {
         floor: f32,
     ) -> Predicted {
         let lobe = &self.lobes[point.material as usize];
-        let filtered = self.settings.mode == Mode::Preconvolved;
+        let filtered = Way::of(point, lobe, self.light, self.settings).filtered;
         let exit = Self::exit(point, bend);
         let stretched = exit.magnification().abs() * exit.roundness(bend.curvature[1]);
         let total = judged.mean[0] + judged.mean[1];
@@ -307,6 +362,8 @@ pub(super) fn turned([x, y, z]: [Vec3; 3], view: Vec3) -> [Vec3; 3] {
 /// The predictions of a picture.
 pub(super) struct Buffer {
     pub(super) pixels: Vec<Predicted>,
+    /// Luminance below which errors are not relative.
+    pub(super) floor: f32,
 }
 
 impl Buffer {
@@ -340,7 +397,8 @@ impl Buffer {
                         let pixel = [left + dx, line * STRIDE + dy];
                         let point = surfaces.at(pixel[0], pixel[1]);
                         if point.is_there() {
-                            let judged = cell.of(point).unwrap_or_else(|| judge.judge(surfaces, pixel));
+                            let judged =
+                                cell.of(point, pixel).unwrap_or_else(|| judge.judge(surfaces, pixel));
                             let lobe = &judge.lobes[point.material as usize];
                             let bend = curvature::measure(surfaces, lobe, pixel);
                             *predicted = judge.predict(point, &bend, &judged, floor);
@@ -349,7 +407,7 @@ impl Buffer {
                 }
             }
         });
-        Self { pixels }
+        Self { pixels, floor }
     }
 }
 
@@ -361,9 +419,8 @@ fn place(i: usize, side: usize) -> usize {
 /// Four judgements, and the pixels between them.
 struct Cell<'a> {
     corners: [(&'a SurfacePoint, &'a Judgement); 4],
-    /// The most demanding of the four, if all are of one thing, with the mean of their bandwidths: of estimates that vary by
-    /// chance the largest is too large.
-    common: Option<Judgement>,
+    /// Where the first and the last of them are.
+    places: [[usize; 2]; 2],
 }
 
 impl<'a> Cell<'a> {
@@ -373,36 +430,34 @@ impl<'a> Cell<'a> {
         columns: usize,
         [column, line]: [usize; 2],
     ) -> Self {
+        let across = [place(column, surfaces.width), place(column + 1, surfaces.width)];
+        let down = [place(line, surfaces.height), place(line + 1, surfaces.height)];
         let corner = |dx: usize, dy: usize| {
-            let point = surfaces.at(place(column + dx, surfaces.width), place(line + dy, surfaces.height));
-            (point, &lattice[(line + dy) * columns + column + dx])
+            (surfaces.at(across[dx], down[dy]), &lattice[(line + dy) * columns + column + dx])
         };
         let corners = [corner(0, 0), corner(1, 0), corner(0, 1), corner(1, 1)];
-        let first = corners[0].0;
-        let alike = first.is_there() && corners[1..].iter().all(|(point, _)| point.is_of(first));
-        let common = alike.then(|| {
-            let [a, b, c, d] = corners.map(|(_, judged)| judged);
-            let all = larger(&larger(a, b), &larger(c, d));
-            Judgement { limited: 0.25 * (a.limited + b.limited + c.limited + d.limited), ..all }
-        });
-        Self { corners, common }
+        Self { corners, places: [[across[0], down[0]], [across[1], down[1]]] }
     }
 
-    /// The most demanding judgement around a pixel that is of its own surface.
+    /// What those around a pixel tell that are of its own surface, by their nearness: without steps from pixel to pixel, as
+    /// convolved light is looked up by the number of samples.
     #[inline]
-    fn of(&self, point: &SurfacePoint) -> Option<Judgement> {
-        let near = |corner: &SurfacePoint| corner.is_of(point) && corner.normal.dot(point.normal) > ALIKE;
-        if self.common.is_some() && self.corners.iter().all(|(corner, _)| near(corner)) {
-            return self.common;
+    fn of(&self, point: &SurfacePoint, pixel: [usize; 2]) -> Option<Judgement> {
+        let [first, last] = self.places;
+        let share =
+            |axis: usize| (pixel[axis] - first[axis]) as f32 / (last[axis] - first[axis]).max(1) as f32;
+        let (x, y) = (share(0), share(1));
+        let near = [(1.0 - x) * (1.0 - y), x * (1.0 - y), (1.0 - x) * y, x * y];
+        let (mut sum, mut weights) = (Judgement::default(), 0.0);
+        for ((corner, judged), near) in self.corners.iter().zip(near) {
+            if corner.is_of(point) && corner.normal.dot(point.normal) > ALIKE {
+                // Enough for one that stands alone.
+                let weight = near + 1e-4;
+                sum.add(judged, weight);
+                weights += weight;
+            }
         }
-        let mut judged: Option<Judgement> = None;
-        let (mut limited, mut count) = (0.0, 0.0f32);
-        for (_, other) in self.corners.iter().filter(|(corner, _)| near(corner)) {
-            judged = Some(judged.map_or(**other, |known| larger(&known, other)));
-            limited += other.limited;
-            count += 1.0;
-        }
-        judged.map(|judged| Judgement { limited: limited / count.max(1.0), ..judged })
+        (weights > 0.0).then(|| sum.over(weights))
     }
 }
 

@@ -5,6 +5,8 @@
 //! lobe as broad as the gap 1/(N p) between samples, but never of more than half of the variance of the material's own lobe:
 //! eq. (10) takes all of it, which blurs twice.
 //!
+//! Suns are not left to chance: each is asked for the light that is reflected of it, [`super::suns`].
+//!
 //! What stops light on its way is the affair of [`super::gather`].
 
 use std::f32::consts::PI;
@@ -12,6 +14,7 @@ use std::sync::Arc;
 
 use glam::{Mat3, Vec2, Vec3};
 use halflight_frequency::importance::point as sequence;
+use halflight_material::Bsdf;
 use halflight_scene::Frame;
 use halflight_scene::lights::{Arrival, Environment, MANY, MapPoint};
 
@@ -19,7 +22,7 @@ use super::convolved::LookUp;
 use super::gather::{Blocking, Gathered};
 use super::light::FrameLight;
 use super::lobes::{Directions, Lobe};
-use super::parts::{Shares, joined};
+use super::parts::{Scattering, Shares, joined};
 use super::predict::turned;
 use super::samples::{GROUP, HalfSamples, LANES, Reflect, elevations, run};
 use super::settings::{BandwidthSettings, Mode};
@@ -40,6 +43,36 @@ pub(super) struct Shader<'a> {
     pub(super) blocking: Blocking<'a>,
     /// Of this look.
     pub(super) seed: u64,
+}
+
+/// How a point is shaded under the environment.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Way {
+    /// By the tables of its material, not by the material itself.
+    pub(super) by_table: bool,
+    /// Whether its samples see convolved light.
+    pub(super) filtered: bool,
+    /// Whether suns are asked by themselves, not found by samples.
+    pub(super) suns: bool,
+}
+
+impl Way {
+    pub(super) fn of(
+        point: &SurfacePoint,
+        lobe: &Lobe,
+        light: &FrameLight,
+        settings: &BandwidthSettings,
+    ) -> Self {
+        let by_table = matches!(lobe.directions, Directions::Table(_))
+            && (lobe.is_complete || point.color == Vec3::ONE)
+            && settings.mode != Mode::Reference;
+        // A mirror, or nearly one, shows the texels of the sun; samples of it find what is there.
+        let is_sharp = matches!(lobe.directions, Directions::Single) || light.tells_texels(lobe.sharpness);
+        let suns = !light.suns.is_empty() && !is_sharp;
+        // Convolutions are those of the map without its suns.
+        let sees_all = suns || light.suns.is_empty();
+        Self { by_table, filtered: by_table && settings.mode == Mode::Preconvolved && sees_all, suns }
+    }
 }
 
 impl<'a> Shader<'a> {
@@ -63,21 +96,28 @@ impl<'a> Shader<'a> {
             return shares;
         }
         gathered.turn_to(point);
-        if let Some(environment) = self.light.environment {
-            shares = match (&lobe.directions, self.settings.mode) {
-                (_, Mode::Reference) => self.joined(point, environment, place, samples[0], gathered),
-                (Directions::Table(tables), Mode::Plain | Mode::Preconvolved | Mode::Forward)
-                    if lobe.is_complete || point.color == Vec3::ONE =>
-                {
-                    let mut by =
-                        |table| self.by_table(point, table, environment, place, samples[0], gathered);
+        if let (Some(environment), Some(sky)) = (self.light.environment, &self.light.sky) {
+            let way = Way::of(point, lobe, self.light, self.settings);
+            let seen = if way.suns { sky } else { environment };
+            shares = match &lobe.directions {
+                _ if self.settings.mode == Mode::Reference => {
+                    self.joined(point, environment, place, samples[0], gathered)
+                }
+                Directions::Table(tables) if way.by_table => {
+                    let mut by = |table| {
+                        self.by_table(point, table, (seen, way.filtered), place, samples[0], gathered)
+                    };
                     match tables.as_slice() {
                         [first, second] => [by(first)[0], by(second)[0]],
                         tables => tables.first().map(|table| by(table)).unwrap_or_default(),
                     }
                 }
-                _ => self.by_itself(point, environment, place, samples[0], gathered),
+                _ => self.by_itself(point, [environment, seen], place, samples[0], gathered),
             };
+            if way.suns {
+                let suns = self.by_suns(point, lobe, gathered);
+                shares = std::array::from_fn(|part| shares[part] + suns[part]);
+            }
         }
         if self.light.has_local() && samples[1] > 0 {
             let local = self.by_lights(point, lobe, place, samples[1], gathered);
@@ -135,14 +175,14 @@ impl<'a> Shader<'a> {
         &self,
         point: &SurfacePoint,
         table: &HalfSamples,
-        environment: &Environment,
+        (environment, filtered): (&Environment, bool),
         place: [u32; 2],
         number: u32,
         gathered: &mut Gathered,
     ) -> Shares {
         let view = point.view();
         let simd = self.frame.world.simd();
-        let convolved = self.light.convolved().filter(|_| self.settings.mode == Mode::Preconvolved);
+        let convolved = self.light.convolved().filter(|_| filtered);
         // Convolved light is looked up in the space of the map.
         let mut axes = turned(point.axes(), view);
         let mut front = point.geometric_normal;
@@ -208,7 +248,7 @@ impl<'a> Shader<'a> {
             shares[0] += sum[0] * ratio[0] * scale;
             shares[1] += sum[1] * ratio[1] * scale;
         }
-        if let Some(environment) = convolved.and(self.light.environment) {
+        if convolved.is_some() {
             // The tables are those of the map without its intensity.
             shares = shares.map(|share| share * environment.intensity);
         }
@@ -256,11 +296,11 @@ impl<'a> Shader<'a> {
         }
     }
 
-    /// The material chooses the directions.
+    /// The material chooses the directions; ideal mirrors see the first of the environments, all else the second.
     fn by_itself(
         &self,
         point: &SurfacePoint,
-        environment: &Environment,
+        [whole, seen]: [&Environment; 2],
         place: [u32; 2],
         number: u32,
         gathered: &mut Gathered,
@@ -273,6 +313,7 @@ impl<'a> Shader<'a> {
             let u = Sampler::new(self.seed, place[0], place[1], i).next_four();
             let Some(sample) = bsdf.sample(view, u[2], Vec2::new(u[0], u[1])) else { continue };
             let Some(direction) = leaving(point, &axes, sample.wi) else { continue };
+            let environment = if sample.delta { whole } else { seen };
             let value = [sample.weight * environment.radiance(direction), Vec3::ZERO];
             gathered.add(point, value, direction, f32::INFINITY);
         }
@@ -326,14 +367,7 @@ impl<'a> Shader<'a> {
         number: u32,
         gathered: &mut Gathered,
     ) -> Shares {
-        let apart = matches!(lobe.directions, Directions::Table(_))
-            && self.settings.mode != Mode::Reference
-            && (lobe.is_complete || point.color == Vec3::ONE);
-        let parts = lobe.parts.bsdfs();
-        let bsdf = point.bsdf(self.frame);
-        let axes = point.axes();
-        let mut view = point.view();
-        view.z *= point.side;
+        let asked = self.asked(point, lobe);
         let choice = self.choice(place, 2);
         let turn = choice as f32 / 16_777_216.0;
         for i in 0..number {
@@ -341,16 +375,60 @@ impl<'a> Shader<'a> {
             let u = sequence(i, choice);
             let Some(light) = self.light.local.sample(point.position, which, u, 0.0) else { continue };
             let Arrival::From { point: from, radiance } = light.arrival else { continue };
-            let [x, y, z] = axes.map(|axis| axis.dot(light.direction));
-            if point.geometric_normal.dot(light.direction) * z <= 0.0 {
-                continue;
-            }
-            let local = Vec3::new(x, y, point.side * z);
-            let values = if apart { parts.eval(view, local) } else { [bsdf.eval(view, local), Vec3::ZERO] };
+            let Some(values) = asked.values(light.direction) else { continue };
             let end = from.map_or(f32::INFINITY, |p| p.distance(point.position) * (1.0 - SHADOW_MARGIN));
             gathered.add(point, values.map(|value| value * radiance / light.pdf), light.direction, end);
         }
         gathered.mean(number)
+    }
+}
+
+/// A point that is asked what it reflects of light from given directions.
+struct Asked<'a> {
+    point: &'a SurfacePoint,
+    /// The parts of its material, where it is shaded by them; else the material itself.
+    parts: Option<Scattering<'a>>,
+    bsdf: Bsdf<'a>,
+    axes: [Vec3; 3],
+    view: Vec3,
+}
+
+impl Asked<'_> {
+    /// f cos θ of each part; `None` where geometry and shading disagree on the side that the light comes from.
+    #[inline]
+    fn values(&self, direction: Vec3) -> Option<Shares> {
+        let [x, y, z] = self.axes.map(|axis| axis.dot(direction));
+        if self.point.geometric_normal.dot(direction) * z <= 0.0 {
+            return None;
+        }
+        let local = Vec3::new(x, y, self.point.side * z);
+        Some(match &self.parts {
+            Some(parts) => parts.eval(self.view, local),
+            None => [self.bsdf.eval(self.view, local), Vec3::ZERO],
+        })
+    }
+}
+
+impl Shader<'_> {
+    fn asked<'b>(&'b self, point: &'b SurfacePoint, lobe: &'b Lobe) -> Asked<'b> {
+        let way = Way::of(point, lobe, self.light, self.settings);
+        let mut view = point.view();
+        view.z *= point.side;
+        let parts = way.by_table.then(|| lobe.parts.bsdfs());
+        Asked { point, parts, bsdf: point.bsdf(self.frame), axes: point.axes(), view }
+    }
+
+    /// What a point reflects of every sun.
+    fn by_suns(&self, point: &SurfacePoint, lobe: &Lobe, gathered: &mut Gathered) -> Shares {
+        let asked = self.asked(point, lobe);
+        for sun in &self.light.suns {
+            for (direction, power) in sun.beams(lobe.towards(point, sun.whole().0)) {
+                if let Some(values) = asked.values(*direction) {
+                    gathered.add(point, values.map(|value| value * *power), *direction, f32::INFINITY);
+                }
+            }
+        }
+        gathered.mean(1)
     }
 }
 

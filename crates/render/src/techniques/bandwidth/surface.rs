@@ -17,6 +17,10 @@ use crate::vertex::shading_axes;
 const BLOCK: usize = 8;
 /// Rows that are looked at in one piece of work.
 const BAND: usize = 16;
+/// Cosine between normals of one plane: 1°.
+const SAME_PLANE: f32 = 0.999_85;
+/// Squared distance of normals that differ by rounding alone.
+const SAME_NORMAL: f32 = 1e-12;
 /// The material of a pixel that shows nothing.
 const NOTHING: u32 = u32::MAX;
 
@@ -43,6 +47,8 @@ pub(super) struct SurfacePoint {
     pub(super) instance: u32,
     /// Of the instance's geometry.
     pub(super) primitive: u32,
+    /// Whether the primitive has one normal for all of its points, as far as the pixels beside tell.
+    pub(super) is_facet: bool,
     /// Index in the frame's materials, or [`NOTHING`].
     pub(super) material: u32,
 }
@@ -63,6 +69,7 @@ impl SurfacePoint {
             side: 1.0,
             instance: NOTHING,
             primitive: 0,
+            is_facet: false,
             material: NOTHING,
         }
     }
@@ -77,6 +84,15 @@ impl SurfacePoint {
     #[inline]
     pub(super) fn is_of(&self, other: &Self) -> bool {
         self.instance == other.instance && self.material == other.material
+    }
+
+    /// Whether both lie on facets, and those meet at an angle.
+    #[inline]
+    pub(super) fn is_facet_beside(&self, other: &Self) -> bool {
+        self.is_facet
+            && other.is_facet
+            && self.primitive != other.primitive
+            && self.normal.dot(other.normal) < SAME_PLANE
     }
 
     /// Along the tangent, across it, and the normal: the frame in which the eye is in front.
@@ -143,13 +159,14 @@ impl Surfaces {
             |(room, hits), (band, points)| {
                 let (top, hits) = (band * BAND, &mut hits[..points.len()]);
                 tracer.rows(top, room, hits);
-                for (i, (hit, out)) in hits.iter().zip(points).enumerate() {
+                for (i, (hit, out)) in hits.iter().zip(points.iter_mut()).enumerate() {
                     let ray = grid.ray(i % width, top + i / width);
                     *out = match hit {
                         Some(hit) => point(frame, &ray, hit),
                         None => SurfacePoint::nothing(ray.direction),
                     };
                 }
+                find_facets(points, width);
             },
         );
         Self { width, height, points }
@@ -159,6 +176,21 @@ impl Surfaces {
     #[inline]
     pub(super) fn at(&self, x: usize, y: usize) -> &SurfacePoint {
         &self.points[y * self.width + x]
+    }
+}
+
+/// Marks what is seen to have the normal of the pixel to the left or above, on the same primitive.
+fn find_facets(points: &mut [SurfacePoint], width: usize) {
+    for i in 0..points.len() {
+        let beside = [(i % width > 0).then(|| i - 1), i.checked_sub(width)];
+        for j in beside.into_iter().flatten() {
+            let (a, b) = (&points[i], &points[j]);
+            let is_one = a.instance == b.instance && a.primitive == b.primitive && a.is_there();
+            if is_one && a.normal.distance_squared(b.normal) < SAME_NORMAL {
+                points[i].is_facet = true;
+                points[j].is_facet = true;
+            }
+        }
     }
 }
 
@@ -205,6 +237,7 @@ fn point(frame: &Frame, ray: &Ray, hit: &Hit) -> SurfacePoint {
         side,
         instance: surface.instance,
         primitive: hit.primitive,
+        is_facet: false,
         material,
     }
 }

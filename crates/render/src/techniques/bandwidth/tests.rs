@@ -320,7 +320,7 @@ fn predicted_variance_covers_the_measured_one_nearly_everywhere() {
     let settings = BandwidthSettings { mode: Mode::Plain, ..BandwidthSettings::default() };
     let technique = BandwidthTechnique::new(settings);
     let lobes = technique.lobes_of(&frame);
-    let light = FrameLight::new(&frame, &technique.light, false);
+    let light = FrameLight::new(&frame, &technique.light, Mode::Plain);
     let surfaces = Surfaces::look(&frame, [96, 64], Vec2::splat(0.5), Vec::new());
     let judge = Judge::new(&frame, &light, &lobes, &technique.settings, [96, 64]);
     let buffer = Buffer::new(&judge, &surfaces);
