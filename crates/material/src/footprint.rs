@@ -20,7 +20,17 @@ pub type Footprint = [f32; 3];
 
 /// The smaller versions of a picture, made when the first footprint asks for them.
 #[derive(Clone, Debug, Default)]
-pub struct Levels(Arc<OnceLock<Vec<Level>>>);
+pub struct Levels(Arc<Made>);
+
+#[derive(Debug, Default)]
+struct Made {
+    /// Of the texels as they are.
+    plain: OnceLock<Vec<Level>>,
+    /// Of what a material makes of each, by the numbers that it makes it with.
+    mapped: OnceLock<([f32; 6], Vec<Level>)>,
+    /// The largest value of each channel.
+    most: OnceLock<Vec4>,
+}
 
 #[derive(Clone, Debug)]
 struct Level {
@@ -30,41 +40,81 @@ struct Level {
 }
 
 impl Levels {
-    /// All from half the size on, each the means of 2 × 2 texels (3 where a side is odd) of the one before.
+    /// All from half the size on.
     fn of(&self, texture: &Texture) -> &[Level] {
-        self.0.get_or_init(|| {
-            let (mut width, mut height) = (texture.image.width, texture.image.height);
-            let mut levels: Vec<Level> = Vec::new();
-            while width > 1 || height > 1 {
-                let (w, h) = ((width / 2).max(1), (height / 2).max(1));
-                let mut texels = Vec::with_capacity(w * h);
-                for y in 0..h {
-                    for x in 0..w {
-                        let span = |i: usize, n: usize, of: usize| i * of / n..((i + 1) * of).div_ceil(n);
-                        let (mut sum, mut count) = (Vec4::ZERO, 0.0);
-                        for v in span(y, h, height) {
-                            for u in span(x, w, width) {
-                                sum += match levels.last() {
-                                    Some(level) => level.texels[v * width + u],
-                                    None => texture.texel(u, v),
-                                };
-                                count += 1.0;
-                            }
-                        }
-                        texels.push(sum / count);
+        self.0.plain.get_or_init(|| smaller(texture, |x, y| texture.texel(x, y)))
+    }
+}
+
+/// All from half the size on, each the means of 2 × 2 texels (3 where a side is odd) of the one before, the first of `texel`.
+fn smaller(texture: &Texture, texel: impl Fn(usize, usize) -> Vec4) -> Vec<Level> {
+    let (mut width, mut height) = (texture.image.width, texture.image.height);
+    let mut levels: Vec<Level> = Vec::new();
+    while width > 1 || height > 1 {
+        let (w, h) = ((width / 2).max(1), (height / 2).max(1));
+        let mut texels = Vec::with_capacity(w * h);
+        for y in 0..h {
+            for x in 0..w {
+                let span = |i: usize, n: usize, of: usize| i * of / n..((i + 1) * of).div_ceil(n);
+                let (mut sum, mut count) = (Vec4::ZERO, 0.0);
+                for v in span(y, h, height) {
+                    for u in span(x, w, width) {
+                        sum += match levels.last() {
+                            Some(level) => level.texels[v * width + u],
+                            None => texel(u, v),
+                        };
+                        count += 1.0;
                     }
                 }
-                levels.push(Level { width: w, height: h, texels });
-                (width, height) = (w, h);
+                texels.push(sum / count);
             }
-            levels
-        })
+        }
+        levels.push(Level { width: w, height: h, texels });
+        (width, height) = (w, h);
     }
+    levels
 }
 
 impl Texture {
     /// The mean of [`Texture::sample`] under a Gaussian of this covariance about `uv`.
-    pub fn sample_over(&self, uv: Vec2, [uu, uv_, vv]: Footprint) -> Vec4 {
+    pub fn sample_over(&self, uv: Vec2, footprint: Footprint) -> Vec4 {
+        self.over(uv, footprint, self.levels.of(self), |texel| texel)
+    }
+
+    /// The mean of what a function makes of the texels, for functions that are not linear, whose mean is not the function of the
+    /// mean. The numbers tell functions apart; smaller versions are kept for the first one that is asked for, and for others
+    /// there is `None`.
+    pub fn mapped_over(
+        &self,
+        uv: Vec2,
+        footprint: Footprint,
+        numbers: [f32; 6],
+        map: impl Fn(Vec4) -> Vec4,
+    ) -> Option<Vec4> {
+        let (of, levels) = self.levels.0.mapped.get_or_init(|| {
+            let (w, h) = (self.image.width, self.image.height);
+            // What is between texels counts too: it is mixed before it is mapped.
+            let of_texel = |x: usize, y: usize| {
+                let corners = [(0.25, 0.25), (0.75, 0.25), (0.25, 0.75), (0.75, 0.75)].map(|(u, v)| {
+                    let at = Vec2::new((x as f32 + u) / w as f32, (y as f32 + v) / h as f32);
+                    map(self.bilinear(at, w, h, |x, y| self.texel(x, y)))
+                });
+                corners.into_iter().sum::<Vec4>() / 4.0
+            };
+            (numbers, smaller(self, of_texel))
+        });
+        (*of == numbers).then(|| self.over(uv, footprint, levels, map))
+    }
+
+    /// The largest value of each channel.
+    pub fn most(&self) -> Vec4 {
+        *self.levels.0.most.get_or_init(|| {
+            let (w, h) = (self.image.width, self.image.height);
+            (0..w * h).fold(Vec4::ZERO, |most, i| most.max(self.texel(i % w, i / w)))
+        })
+    }
+
+    fn over(&self, uv: Vec2, [uu, uv_, vv]: Footprint, levels: &[Level], map: impl Fn(Vec4) -> Vec4) -> Vec4 {
         let at = self.transform.apply(uv);
         // The change of coordinates without its offset.
         let turned = |v: Vec2| self.transform.apply(v) - self.transform.offset;
@@ -75,12 +125,13 @@ impl Texture {
         let xy = uu * x.x * x.y + uv_ * (x.x * y.y + y.x * x.y) + vv * y.x * y.y;
         let yy = uu * x.y * x.y + 2.0 * uv_ * x.y * y.y + vv * y.y * y.y;
         if !(xx + yy).is_finite() || !at.is_finite() {
-            return if at.is_finite() { self.mean_level() } else { Vec4::ZERO };
+            let mean = levels.last().map_or(Vec4::ZERO, |level| level.texels[0]);
+            return if at.is_finite() { mean } else { Vec4::ZERO };
         }
         let (mean, half) = (0.5 * (xx + yy), (0.25 * (xx - yy) * (xx - yy) + xy * xy).sqrt());
         let (long, short) = ((mean + half).max(0.0).sqrt(), (mean - half).max(0.0).sqrt());
         if 2.0 * long <= 1.0 {
-            return self.sample(uv);
+            return map(self.sample(uv));
         }
         let short = short.max(long / (0.5 * TAPS as f32));
         let level = (2.0 * short).max(1.0).log2();
@@ -89,7 +140,7 @@ impl Texture {
         let rest = (long * long - blurred * blurred).max(0.0).sqrt();
         let taps = ((2.0 * rest / blurred).ceil() as usize).clamp(1, TAPS);
         if taps == 1 {
-            return self.between(at, level);
+            return self.between(at, level, levels, &map);
         }
         let angle = 0.5 * (2.0 * xy).atan2(xx - yy);
         let along = Vec2::from_angle(angle) / size;
@@ -99,34 +150,29 @@ impl Texture {
             let z = 4.0 * ((tap as f32 + 0.5) / taps as f32 - 0.5);
             let weight = (-0.5 * z * z).exp();
             // A Gaussian cut off at two deviations has 0.77 of its variance.
-            sum += weight * self.between(at + along * (z * 1.14 * rest), level);
+            sum += weight * self.between(at + along * (z * 1.14 * rest), level, levels, &map);
             weights += weight;
         }
         sum / weights
     }
 
     /// Between the two levels about a number; 0 is the picture itself. `at` is after the transform.
-    fn between(&self, at: Vec2, level: f32) -> Vec4 {
-        let levels = self.levels.of(self);
+    fn between(&self, at: Vec2, level: f32, levels: &[Level], map: impl Fn(Vec4) -> Vec4) -> Vec4 {
         let below = (level.max(0.0) as usize).min(levels.len());
         let part = (level - below as f32).clamp(0.0, 1.0);
-        let lower = self.on_level(levels, at, below);
+        let lower = self.on_level(levels, at, below, &map);
         if part <= 0.0 || below >= levels.len() {
             return lower;
         }
-        lower.lerp(self.on_level(levels, at, below + 1), part)
+        lower.lerp(self.on_level(levels, at, below + 1, &map), part)
     }
 
-    fn on_level(&self, levels: &[Level], at: Vec2, level: usize) -> Vec4 {
+    fn on_level(&self, levels: &[Level], at: Vec2, level: usize, map: impl Fn(Vec4) -> Vec4) -> Vec4 {
         match level.checked_sub(1).and_then(|i| levels.get(i)) {
-            None => self.bilinear(at, self.image.width, self.image.height, |x, y| self.texel(x, y)),
+            None => map(self.bilinear(at, self.image.width, self.image.height, |x, y| self.texel(x, y))),
             Some(level) => {
                 self.bilinear(at, level.width, level.height, |x, y| level.texels[y * level.width + x])
             }
         }
-    }
-
-    fn mean_level(&self) -> Vec4 {
-        self.levels.of(self).last().map_or(Vec4::ZERO, |level| level.texels[0])
     }
 }

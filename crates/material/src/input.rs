@@ -56,6 +56,14 @@ impl ColorInput {
         }
     }
 
+    /// The largest value of each colour over the picture.
+    pub(crate) fn most(&self) -> Vec3 {
+        match self {
+            ColorInput::Constant(color) => *color,
+            ColorInput::Textured { texture, factor } => texture.most().truncate() * *factor,
+        }
+    }
+
     /// The mean over the picture. Walks the whole picture: for preparation, not for shading.
     pub fn mean(&self) -> Vec3 {
         match self {

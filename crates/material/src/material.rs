@@ -167,10 +167,13 @@ impl Material {
     }
 
     /// How the surface scatters at one place as the mean over a footprint about it, in which normals have slopes of variance
-    /// `slopes` per axis ([`Material::normal_over`]): these widen lobes. What is smooth in the mean becomes a lobe.
+    /// `slopes` per axis ([`Material::normal_over`]): these widen lobes. What is smooth in the mean becomes a lobe. Where more
+    /// light would be reflected than comes, colours are limited, which the mean of the limited ones keeps; what that is not known
+    /// of is not averaged.
     pub fn bsdf_over(&self, input: &SurfaceInput, footprint: Option<Footprint>, slopes: f32) -> Bsdf<'_> {
         let color = |source: &ColorInput| {
-            (source.over(input.uv, footprint) * input.color).clamp(Vec3::ZERO, Vec3::ONE)
+            let linear = footprint.filter(|_| (source.most() * input.color).max_element() <= 1.0);
+            (source.over(input.uv, linear) * input.color).clamp(Vec3::ZERO, Vec3::ONE)
         };
         let scalar = |source: &ScalarInput| source.over(input.uv, footprint);
         // Facets of roughness α have slopes of variance α²/2.
@@ -181,7 +184,8 @@ impl Material {
             MaterialKind::Black => Lobe::Black,
             MaterialKind::Diffuse { albedo } => Lobe::Diffuse(Diffuse { albedo: color(albedo) }),
             MaterialKind::Phong { diffuse, specular, exponent } => {
-                Lobe::Phong(Phong::new(color(diffuse), color(specular), {
+                let (diffuse, specular) = phong_colors(diffuse, specular, input, footprint);
+                Lobe::Phong(Phong::new(diffuse, specular, {
                     let exponent = scalar(exponent);
                     // A normal that leans turns the lobe by twice as much.
                     if slopes > 0.0 { exponent / (1.0 + 4.0 * slopes * exponent) } else { exponent }
@@ -321,6 +325,42 @@ impl Material {
     pub fn shading_normal_local(&self, uv: Vec2) -> Option<Vec3> {
         self.normal_map.as_ref().map(|map| map.at(uv))
     }
+}
+
+/// The colours of a Phong material as the mean under a footprint. Both are scaled down together where their sum is above 1, so that the
+/// mean is that of scaled ones.
+fn phong_colors(
+    diffuse: &ColorInput,
+    specular: &ColorInput,
+    input: &SurfaceInput,
+    footprint: Option<Footprint>,
+) -> (Vec3, Vec3) {
+    let within = |color: Vec3| (color * input.color).clamp(Vec3::ZERO, Vec3::ONE);
+    let both = |footprint: Option<Footprint>| {
+        (within(diffuse.over(input.uv, footprint)), within(specular.over(input.uv, footprint)))
+    };
+    let Some(footprint) = footprint else { return both(None) };
+    if ((diffuse.most() + specular.most()) * input.color).max_element() <= 1.0 {
+        return both(Some(footprint));
+    }
+    let (texture, factor, constant) = match (diffuse, specular) {
+        (ColorInput::Textured { texture, factor }, ColorInput::Constant(constant))
+        | (ColorInput::Constant(constant), ColorInput::Textured { texture, factor })
+            if input.color == Vec3::ONE =>
+        {
+            (texture, *factor, within(*constant))
+        }
+        _ => return both(None),
+    };
+    let numbers = [factor.x, factor.y, factor.z, constant.x, constant.y, constant.z];
+    let limited = |texel: glam::Vec4| {
+        let color = (texel.truncate() * factor).clamp(Vec3::ZERO, Vec3::ONE);
+        let scale = 1.0 / (color + constant).max_element().max(1.0);
+        (color * scale).extend(scale)
+    };
+    let Some(mean) = texture.mapped_over(input.uv, footprint, numbers, limited) else { return both(None) };
+    let (varies, even) = (mean.truncate(), constant * mean.w);
+    if matches!(diffuse, ColorInput::Textured { .. }) { (varies, even) } else { (even, varies) }
 }
 
 /// Indices of refraction in a range whose fourth powers are finite.

@@ -183,3 +183,43 @@ fn the_mean_under_a_footprint_is_that_of_the_texels_there() {
         assert!((all - texture.mean()).abs().max_element() < 1e-3, "{all} {}", texture.mean());
     }
 }
+
+#[test]
+fn what_a_limited_material_reflects_under_a_footprint_is_the_mean_of_what_its_points_reflect() {
+    let texels = (0..32 * 32).map(|i| {
+        let light = (i % 32 / 4 + i / 32 / 4) % 2 == 0;
+        if light { [0.95, 0.9, 0.3, 1.0] } else { [0.05, 0.1, 0.6, 1.0] }
+    });
+    let image = TextureImage { width: 32, height: 32, texels: Texels::Floats(texels.collect()) };
+    let texture = || ColorInput::Textured {
+        texture: Arc::new(Texture::new(Arc::new(image.clone()))),
+        factor: Vec3::ONE,
+    };
+    let even = || ColorInput::Constant(Vec3::splat(0.3));
+    let bright = ColorInput::Textured {
+        texture: Arc::new(Texture::new(Arc::new(image.clone()))),
+        factor: Vec3::splat(1.6),
+    };
+    let exponent = 20.0.into();
+    let kinds = [
+        MaterialKind::Phong { diffuse: texture(), specular: even(), exponent },
+        MaterialKind::Phong { diffuse: even(), specular: texture(), exponent: 20.0.into() },
+        // The numbers of the first one are kept with the texture; those of others are not averaged.
+        MaterialKind::Phong { diffuse: texture(), specular: texture(), exponent: 20.0.into() },
+        MaterialKind::Diffuse { albedo: bright },
+    ];
+    let (wo, wi) = (Vec3::new(0.3, 0.1, 0.9).normalize(), Vec3::new(-0.2, 0.1, 0.8).normalize());
+    let footprint = [0.02, 0.0, 0.02];
+    for (i, kind) in kinds.into_iter().enumerate() {
+        let material = Material::new("tiles", kind);
+        let (mut of_points, mut of_means) = (Vec3::ZERO, Vec3::ZERO);
+        for k in 0..64 * 64 {
+            let uv = Vec2::new((k % 64) as f32 + 0.5, (k / 64) as f32 + 0.5) / 64.0;
+            let input = SurfaceInput { uv, color: Vec3::ONE };
+            of_points += material.bsdf(&input).eval(wo, wi);
+            of_means += material.bsdf_over(&input, Some(footprint), 0.0).eval(wo, wi);
+        }
+        let ratio = of_means / of_points;
+        assert!((ratio - 1.0).abs().max_element() < 0.01, "{i}: {ratio}");
+    }
+}

@@ -200,6 +200,8 @@ pub(crate) struct Passage {
     even: Vec<([f32; 2], Vec3)>,
     /// What is left of the light after each tentative collision, in order.
     steps: Vec<(f32, Vec3)>,
+    /// Where the ray is within any volume: intervals in order that do not overlap.
+    within: Vec<[f32; 2]>,
 }
 
 impl Passage {
@@ -207,10 +209,12 @@ impl Passage {
     pub(crate) fn walk(&mut self, media: &Media, ray: &Ray, stream: &mut Stream) {
         self.even.clear();
         self.steps.clear();
+        self.within.clear();
         for volume in media.volumes() {
             let Some([enter, leave]) = volume.region.interval(ray.origin, ray.direction, ray.t_max) else {
                 continue;
             };
+            self.within.push([enter, leave]);
             if volume.density.is_none() {
                 self.even.push(([enter, leave], volume.extinction()));
                 continue;
@@ -229,12 +233,25 @@ impl Passage {
                 self.steps.push((t, passes));
             }
         }
+        self.within.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        self.within.dedup_by(|next, last| {
+            let touch = next[0] <= last[1];
+            if touch {
+                last[1] = last[1].max(next[1]);
+            }
+            touch
+        });
         self.steps.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut left = Vec3::ONE;
         for (_, passes) in &mut self.steps {
             left *= *passes;
             *passes = left;
         }
+    }
+
+    /// Where the ray is within any volume.
+    pub(crate) fn within(&self) -> &[[f32; 2]] {
+        &self.within
     }
 
     /// What is left at distance `t`.

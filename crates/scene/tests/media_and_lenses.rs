@@ -57,3 +57,15 @@ fn lenses_shutters_and_glass_that_cannot_be_are_told_too() {
     }
     assert!(said("[camera]\naperture_radius = 0\nshutter = [0.5, 0.5]").is_ok());
 }
+
+#[test]
+fn numbers_are_told_as_they_were_written_and_elements_of_nothing_as_missing() {
+    let Err(error) = said("[[medium]]\nscattering = 1\nabsorption = -0.1") else { panic!("taken") };
+    assert!(error.contains("found -0.1\n"), "{error}");
+    let folder = tempfile::tempdir().expect("a scratch folder");
+    let path = folder.path().join("scene.toml");
+    std::fs::write(&path, "[camera]\norigin = [0, 1, 2]\n").expect("a scene file");
+    let options = LoadOptions { set: vec!["medium.0.scattering=1".into()], ..LoadOptions::default() };
+    let Err(error) = Scene::load(&path, &options) else { panic!("taken") };
+    assert!(error.to_string().contains("there are no media"), "{error}");
+}

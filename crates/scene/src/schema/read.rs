@@ -85,7 +85,10 @@ impl Reader {
                 }
             });
             if let Some(x) = outside {
-                let message = format!("`{name}` must be {limits}, found {x}");
+                // As it was written: 0.1 read in single precision is 0.10000000149.
+                let short = x as f32;
+                let found = if f64::from(short) == x { short.to_string() } else { x.to_string() };
+                let message = format!("`{name}` must be {limits}, found {found}");
                 self.report(Problem::new(&entry.value.origin, message));
                 return None;
             }

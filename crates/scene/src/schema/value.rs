@@ -160,6 +160,15 @@ fn insert(table: &mut Table, keys: &[(&str, Origin)], value: Value, whole: &Orig
     let Some(((name, key), rest)) = keys.split_first() else { return Ok(()) };
     let index = match table.entries.iter().position(|entry| entry.name == *name) {
         Some(index) => index,
+        // A number is the place in a list, and there is none.
+        None if rest.first().is_some_and(|(place, _)| place.parse::<usize>().is_ok()) => {
+            let all = match *name {
+                "medium" => "media".to_string(),
+                name if name.ends_with('s') => name.to_string(),
+                name => format!("{name}s"),
+            };
+            return Err(Problem::new(key, format!("there are no {all} whose keys could be set")));
+        }
         None => {
             let empty = Kind::Table(Table { origin: whole.clone(), entries: Vec::new() });
             let value = Value { origin: whole.clone(), kind: empty };

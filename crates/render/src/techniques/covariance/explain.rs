@@ -6,6 +6,7 @@ use halflight_frequency::covariance::Steps;
 use halflight_scene::Frame;
 
 use super::film_axes::FilmAxes;
+use super::lamps::Lamps;
 use super::look::Look;
 use super::pilot::{Found, Pilots, forecast};
 use super::reconstruct::Shape;
@@ -43,7 +44,8 @@ impl Covariance {
         let axes = FilmAxes::new(frame, width, height);
         let look = Look::new(frame, &axes, width, height);
         let integrator = Integrator::new(frame, self.settings.of_paths());
-        let pilots = Pilots { integrator, axes: &axes, carry: true };
+        let lamps = Lamps::new(frame);
+        let pilots = Pilots { integrator, axes: &axes, lamps: &lamps, carry: true };
         let camera = CameraSampler::new(frame, width, height, 0);
         let mut found = Found::default();
         let mut strongest = (0.0, Steps::default());
@@ -81,6 +83,11 @@ impl Covariance {
             text,
             "\nspatial density                     {:>10.4} samples a pixel (√det of the spatial block)",
             forecast.density
+        );
+        let _ = writeln!(
+            text,
+            "samples over lens, over shutter     {:>10.2}, {:.2} (√det of 1 + 4π² W Σ of each)",
+            forecast.lens, forecast.shutter
         );
         let _ = writeln!(
             text,

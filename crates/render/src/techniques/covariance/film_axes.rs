@@ -86,11 +86,26 @@ impl FilmAxes {
         }
     }
 
-    /// From light at the lens, on the axes of [`FilmAxes::across`], to the film.
-    pub(super) fn film(&self, direction: Vec3, light: &Covariance5) -> Covariance5 {
+    /// Light past the lens, which turns what comes from a point in focus into what comes from afar, and how far away that point is;
+    /// `None` for a pinhole.
+    pub(super) fn lens(&self, direction: Vec3, light: &Covariance5) -> Option<(Covariance5, f64)> {
+        let camera = self.camera(direction);
         let [x, y] = self.across(direction);
         let on = |v: Vec3| [f64::from(v.dot(x)), f64::from(v.dot(y))];
-        self.camera(direction).film(&light.into_motion(on(self.moves[0]), on(self.moves[1])))
+        let arriving = light.into_motion(on(self.moves[0]), on(self.moves[1]));
+        (self.aperture > 0.0).then(|| (arriving.thin_lens(camera.focus_distance), camera.focus_distance))
+    }
+
+    /// From light at the lens, on the axes of [`FilmAxes::across`], to the film.
+    pub(super) fn film(&self, direction: Vec3, light: &Covariance5) -> Covariance5 {
+        let camera = self.camera(direction);
+        if let Some((past, _)) = self.lens(direction, light) {
+            // Behind the lens rays of a point in focus are parallel: the film is as far away as it likes.
+            return ThinLensCamera { focus_distance: 0.0, ..camera }.film(&past);
+        }
+        let [x, y] = self.across(direction);
+        let on = |v: Vec3| [f64::from(v.dot(x)), f64::from(v.dot(y))];
+        camera.film(&light.into_motion(on(self.moves[0]), on(self.moves[1])))
     }
 
     /// What pixel, lens and shutter integrate over.

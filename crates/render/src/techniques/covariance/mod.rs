@@ -8,7 +8,9 @@
 //! | file | what it does |
 //! |---|---|
 //! | `look` | what the middle of the lens sees, and the nearest edges |
+//! | `lamps` | how fast lights vary |
 //! | `pilot`, `trail` | paths, and the walk of their light to the film |
+//! | `products` | textures and media that multiply light |
 //! | `film_axes` | the camera as the last operator |
 //! | `allocate`, `gather` | how many samples, and taking them |
 //! | `reconstruct` | filters |
@@ -22,9 +24,11 @@ mod allocate;
 mod explain;
 mod film_axes;
 mod gather;
+mod lamps;
 mod look;
 mod photons;
 mod pilot;
+mod products;
 mod reconstruct;
 mod settings;
 mod spread;
@@ -48,6 +52,7 @@ use crate::technique::{Budget, Deadline, Progress, RenderReport, Technique, Tech
 use allocate::Known;
 use film_axes::FilmAxes;
 use gather::{HALF, Halves, Square, fill, flat};
+use lamps::Lamps;
 use look::Look;
 use photons::Averaged;
 use pilot::{Forecast, Found, Pilots, forecast};
@@ -151,8 +156,13 @@ impl Technique for Covariance {
         let axes = FilmAxes::new(frame, width, height);
         let look = stages.time("edges", || Look::new(frame, &axes, width, height));
         let mut squares: Vec<Square<Halves>> = Square::cover(width, height);
-        let pilots =
-            Pilots { integrator: Integrator::new(frame, self.settings.of_paths()), axes: &axes, carry: true };
+        let lamps = Lamps::new(frame);
+        let pilots = Pilots {
+            integrator: Integrator::new(frame, self.settings.of_paths()),
+            axes: &axes,
+            lamps: &lamps,
+            carry: true,
+        };
         let (forecasts, rays) =
             stages.time("pilots", || foretell(&pilots, &look, &cameras[0], self.settings.pilots));
         report.rays += rays + (width * height) as u64;
@@ -271,6 +281,9 @@ fn add_layers(
         let scale = if mean > 0.0 { 1.0 / mean as f32 } else { 0.0 };
         values.iter().map(|v| v * scale).collect::<Vec<f32>>()
     };
+    // Of all that samples differ by, what neither pixel, lens nor shutter are answerable for is the light's.
+    let light = known.predicted.iter().zip(forecasts);
+    let light = light.map(|(p, f)| (1.0 + p * p * (1.0 - f.varies).max(0.0)).sqrt()).collect();
     let (predicted, measured) = (unit(&known.predicted), unit(&known.measured));
     let disagreement =
         predicted.iter().zip(&measured).map(|(p, m)| (p.max(1e-3) / m.max(1e-3)).log2()).collect();
@@ -279,6 +292,9 @@ fn add_layers(
     add("measured-density", measured);
     add("density-disagreement", disagreement);
     add("covariance-density", forecasts.iter().map(|f| f.density).collect());
+    add("lens-density", forecasts.iter().map(|f| f.lens).collect());
+    add("shutter-density", forecasts.iter().map(|f| f.shutter).collect());
+    add("light-density", light);
     add("filter.narrow", shapes.iter().map(|s| s.deviations[0]).collect());
     add("filter.wide", shapes.iter().map(|s| s.deviations[1]).collect());
     if let Some(picture) = picture {
@@ -298,7 +314,8 @@ impl Covariance {
         let axes = FilmAxes::new(frame, width, height);
         let camera = CameraSampler::new(frame, width, height, 0);
         let integrator = Integrator::new(frame, self.settings.of_paths());
-        let pilots = Pilots { integrator, axes: &axes, carry };
+        let lamps = Lamps::new(frame);
+        let pilots = Pilots { integrator, axes: &axes, lamps: &lamps, carry };
         let start = Instant::now();
         (0..width * height).into_par_iter().with_min_len(64).for_each(|i| {
             let mut found = Found::default();

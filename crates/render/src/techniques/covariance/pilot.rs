@@ -12,6 +12,7 @@ use halflight_trace::{Hit, Ray};
 
 use super::super::path::integrator::{Departure, Integrator, scattered, shadow_ray};
 use super::film_axes::FilmAxes;
+use super::lamps::Lamps;
 use super::trail::{MOST, Node, Source, carried};
 use crate::sampler::Sampler;
 use crate::vertex::Vertex;
@@ -50,17 +51,27 @@ pub(super) struct Forecast {
     pub(super) varies: f32,
     /// √det of the spatial block, cycles per pixel squared.
     pub(super) density: f32,
+    /// How many samples the lens and the shutter ask for, each by itself: √det(1 + 4π² W Σ) of its block; 1 where nothing varies.
+    pub(super) lens: f32,
+    pub(super) shutter: f32,
 }
 
 /// What a covariance at the film asks for.
 pub(super) fn forecast(covariance: &Covariance5, axes: &FilmAxes) -> Forecast {
     let windows = axes.windows();
     let picture = remaining(covariance, &windows);
+    let over = |axes: std::ops::Range<usize>| {
+        let mut w = [0.0; 5];
+        w[axes.clone()].copy_from_slice(&windows[axes]);
+        (1.0 / (1.0 - variance_within(covariance, &w)).max(1e-6)) as f32
+    };
     Forecast {
         // Lens and shutter are integrated; a pinhole's lens has nothing to integrate, so the block stands as it is.
         precision: spatial_block(&picture).map(|v| (4.0 * PI * PI * v) as f32),
         varies: variance_within(covariance, &windows) as f32,
         density: sampling_density(spatial_block(covariance)) as f32,
+        lens: over(2..4),
+        shutter: over(4..5),
     }
 }
 
@@ -68,6 +79,7 @@ pub(super) fn forecast(covariance: &Covariance5, axes: &FilmAxes) -> Forecast {
 pub(super) struct Pilots<'a> {
     pub(super) integrator: Integrator<'a>,
     pub(super) axes: &'a FilmAxes,
+    pub(super) lamps: &'a Lamps<'a>,
     /// Off to measure what carrying covariance costs.
     pub(super) carry: bool,
 }
@@ -152,8 +164,7 @@ impl<'a> Pilots<'a> {
                     let shown = (point, environment.radiance_at(point));
                     let brought = self.integrator.escaped(throughput, departure.as_ref(), shown, depth);
                     radiance += brought;
-                    let solid_angle = 1.0 / lights.environment_pdf(point).max(1e-9);
-                    let source = Source { direction: ray.direction, solid_angle, distance: f32::INFINITY };
+                    let source = self.lamps.sky(ray.direction);
                     let weight = weight_of(brought);
                     if weight > 0.0 && nodes.len() == depth as usize {
                         chosen.offer(source, weight, nodes.len());
@@ -171,10 +182,9 @@ impl<'a> Pilots<'a> {
                 self.integrator.emitted_by(&vertex, throughput, departure.as_ref(), ray.time, depth);
             radiance += emitted;
             let distance = vertex.surface.position.distance(sent.origin);
-            // Light that is seen as it is fills what it fills: a window as large as its way is long.
-            let source = Source { direction: ray.direction, solid_angle: 0.1, distance };
             let shining = weight_of(emitted);
             if shining > 0.0 && nodes.len() == depth as usize {
+                let source = self.lamps.met(sent.origin, ray.direction, &vertex, ray.time);
                 chosen.offer(source, shining, nodes.len());
                 strongest(&nodes, &source, shining);
             }
@@ -240,27 +250,36 @@ impl<'a> Pilots<'a> {
         let Integrator { frame, cutouts, in_media, .. } = &self.integrator;
         let lights = &frame.lights;
         let position = vertex.surface.position;
-        let light = lights.sample(position, u[2], Vec2::new(u[0], u[1]), time)?;
+        let (light, place) = lights.sample_on(position, u[2], Vec2::new(u[0], u[1]), time)?;
         let (scattered, scale) = scattered(vertex, &light)?;
         let ray = shadow_ray(vertex, &light, time);
         let blocked = frame.world.occluded(&ray);
         if blocked && (!cutouts.any || cutouts.blocked(frame, &ray)) {
             return None;
         }
-        let (radiance, distance) = match light.arrival {
+        let nothing =
+            Source { direction: light.direction, solid_angle: 0.0, distance: f32::INFINITY, bandwidth: 0.0 };
+        let (radiance, source) = match light.arrival {
             Arrival::Environment(point) => {
-                (lights.environment().map_or(Vec3::ZERO, |e| e.radiance_at(point)), f32::INFINITY)
+                let radiance = lights.environment().map_or(Vec3::ZERO, |e| e.radiance_at(point));
+                (radiance, self.lamps.sky(light.direction))
             }
             Arrival::From { point, radiance } => {
-                (radiance, point.map_or(f32::INFINITY, |point| point.distance(position)))
+                let distance = point.map_or(f32::INFINITY, |point| point.distance(position));
+                let solid_angle = match (place, point) {
+                    (Some((emitter, uv)), Some(point)) => {
+                        self.lamps.of_sample(emitter, uv, position, point, time)
+                    }
+                    _ => 0.0,
+                };
+                (radiance, Source { solid_angle, distance, ..nothing })
             }
         };
         let mut direct = scattered * radiance * scale;
         if *in_media {
             direct *= self.integrator.transmittance(&ray, passage);
         }
-        let solid_angle = if light.delta { 0.0 } else { 1.0 / light.pdf.max(1e-9) };
-        Some((direct, Source { direction: light.direction, solid_angle, distance }))
+        Some((direct, source))
     }
 }
 

@@ -7,8 +7,11 @@
 //! sample (a Gaussian lobe's at its middle). When there are more than eight, those of directions are joined where they have
 //! the same cause. Differentials alone are the two of the pixel, and end at the first lobe.
 //!
-//! The i-th sample of a pixel stands for less than all of it: C is scaled by i^(−1/3), as kernels of densities are
-//! (differentials by 1/i, as is usual for them), so that many samples go to the picture of points.
+//! The i-th sample of a pixel stands for less than all of it, so that many samples go to the picture of points: deviations of pixel,
+//! lens and shutter shrink by i^(−1/2), as n samples that are spread evenly share them, and those of lobes by i^(−1/3).
+//! The bias of a mean of n samples is that of their variances, (ln n)/n and n^(−2/3): its square falls faster than the noise. (With i^(−1/6) for
+//! both, as kernels of densities have, textures seen straight had seven times the error of points at 256 samples; lobes by i^(−1/2)
+//! have a quarter more error than this.)
 
 use glam::{Mat3, Vec2, Vec3};
 use halflight_material::Footprint;
@@ -27,6 +30,11 @@ const BOX: f32 = 0.288_675;
 const WIDE: f32 = 0.25;
 /// The most that a lobe spreads: the variance of directions over a hemisphere, about.
 const HEMISPHERE: f32 = 0.4;
+
+/// What is left of a lobe's deviation for the sample of this number.
+fn of_lobe(index: u32) -> f32 {
+    ((index + 1) as f32).powf(-1.0 / 3.0)
+}
 
 /// One direction of spread.
 #[derive(Clone, Copy, Debug, Default)]
@@ -68,7 +76,7 @@ impl Spread {
         let mut spread =
             Self { sides: [Side::default(); MOST], count: 0, whole: mode == Textures::Covariance };
         let n = (index + 1) as f32;
-        let scale = if spread.whole { n.powf(-1.0 / 6.0) } else { n.powf(-0.5) };
+        let scale = n.powf(-0.5);
         // Central differences are exact enough: rays are smooth in all of these.
         let mut add = |a: Ray, b: Ray, size: f32| {
             let position = (a.origin - b.origin) * size;
@@ -212,7 +220,7 @@ impl Spread {
             }
         }
         if variance > 0.0 {
-            let size = (variance.sqrt()) * ((index + 1) as f32).powf(-1.0 / 6.0);
+            let size = (variance.sqrt()) * of_lobe(index);
             let (x, y) = direction.any_orthonormal_pair();
             for axis in [x, y] {
                 self.push(Side { position: Vec3::ZERO, direction: axis * size });
@@ -227,7 +235,7 @@ impl Spread {
             return;
         }
         let variance = (1.0 / (std::f32::consts::TAU * pdf.max(1e-6))).min(HEMISPHERE);
-        let size = variance.sqrt() * ((index + 1) as f32).powf(-1.0 / 6.0);
+        let size = variance.sqrt() * of_lobe(index);
         let (x, y) = direction.any_orthonormal_pair();
         for axis in [x, y] {
             self.push(Side { position: Vec3::ZERO, direction: axis * size });

@@ -126,3 +126,57 @@ fn averaged_textures_go_to_those_of_points() {
     println!("points {points}, averaged {few}, with 256 samples {many}");
     assert!(few < 0.7 * points && many < 0.1 * few, "{points} {few} {many}");
 }
+
+/// A phong floor of tiles whose diffuse and specular parts are above 1 together, seen straight and in a brushed ball.
+fn tiles(folder: &std::path::Path) -> Frame {
+    let picture = halflight_image::RgbImage::from_fn(64, 64, |x, y| {
+        if (x / 4 + y / 4) % 2 == 0 { [0.95, 0.9, 0.8] } else { [0.1, 0.15, 0.3] }
+    });
+    halflight_image::save_png(&folder.join("tiles.png"), &picture, &halflight_image::ToneMapping::default())
+        .unwrap();
+    let text = BALLS
+        .replace("half_extent = 10\n", "half_extent = 10\nmaterial = \"floor\"\n")
+        .replace("type = \"mirror\"", "type = \"conductor\"\ncolor = 0.9\nroughness = 0.2")
+        + &format!(
+            "[material.floor]\ntype = \"phong\"\nspecular = 0.3\nexponent = 200\n\
+             diffuse = {{ file = {:?}, repeat = [12, 12] }}\n",
+            folder.join("tiles.png")
+        );
+    frame(&text)
+}
+
+#[test]
+fn averaged_textures_are_never_worse_than_points_or_differentials_and_as_bright() {
+    let folder = tempfile::tempdir().unwrap();
+    let frame = tiles(folder.path());
+    let picture = |technique: &dyn Technique, samples: u32, seed: u64| {
+        let mut film = Film::new(24, 16);
+        let budget = Budget { samples: Some(samples), seed, ..Budget::default() };
+        technique.render(&frame, &mut film, &budget, &Quiet).unwrap();
+        film
+    };
+    let mean = |film: &Film| film.image().pixels.iter().flatten().map(|v| f64::from(*v)).sum::<f64>();
+    let truth = picture(&Path::default(), 8192, 99);
+    for samples in [1, 16, 64, 256, 1024] {
+        let seeds = if samples > 100 { 1 } else { 4 };
+        let of = |textures: Textures| {
+            let technique = Covariance::new(CovarianceSettings {
+                textures,
+                reconstruction: super::super::Reconstruction::None,
+                sampling: super::super::Sampling::Uniform,
+                ..CovarianceSettings::default()
+            });
+            let films: Vec<Film> = (0..seeds).map(|seed| picture(&technique, samples, seed)).collect();
+            let error =
+                films.iter().map(|film| relative_mse(film, &truth)).sum::<f64>() / f64::from(seeds as u32);
+            (error, films.iter().map(mean).sum::<f64>() / f64::from(seeds as u32) / mean(&truth))
+        };
+        let [points, differentials, covariance] =
+            [Textures::Points, Textures::Differentials, Textures::Covariance].map(of);
+        println!("{samples}: points {points:?}, differentials {differentials:?}, covariance {covariance:?}");
+        assert!(covariance.0 < 1.1 * points.0.min(differentials.0), "{samples}");
+        if samples >= 16 {
+            assert!((covariance.1 - 1.0).abs() < 0.01 && (differentials.1 - 1.0).abs() < 0.01, "{samples}");
+        }
+    }
+}

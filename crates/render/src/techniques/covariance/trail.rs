@@ -17,6 +17,7 @@ use halflight_trace::Hit;
 use super::film_axes::FilmAxes;
 use super::look::{Edge, velocity};
 use super::pilot::bend;
+use super::products::{absorbed, facet_slopes, painted};
 use crate::vertex::Vertex;
 
 /// Vertices that a path remembers; light from further away begins at the last of them.
@@ -50,10 +51,12 @@ pub(super) struct Node<'a> {
 pub(super) struct Source {
     /// Towards it, from the last vertex.
     pub(super) direction: Vec3,
-    /// Steradians that it fills from there, as the density of its samples tells.
+    /// Steradians that it fills from there.
     pub(super) solid_angle: f32,
     /// How far it is; infinite for the environment.
     pub(super) distance: f32,
+    /// Cycles per radian that the picture of it holds, for the environment.
+    pub(super) bandwidth: f32,
 }
 
 /// The spectrum of light while it travels.
@@ -86,18 +89,45 @@ pub(super) fn note(steps: &mut Note, covariance: &Covariance5, name: impl FnOnce
     }
 }
 
-/// Past a vertex.
-fn past(frame: &Frame, mut beam: Beam, node: &Node, incoming: Vec3, steps: &mut Note) -> Beam {
+/// Past a vertex; `pixel` is how wide a pixel is there.
+fn past(frame: &Frame, mut beam: Beam, node: &Node, incoming: Vec3, pixel: f32, steps: &mut Note) -> Beam {
     match node.anisotropy {
         Some(g) => scatter_to(&mut beam, incoming, node.vertex.towards_eye, g, steps),
-        None => surface(frame, &mut beam, node, incoming, steps),
+        None => surface(frame, &mut beam, node, incoming, pixel, steps),
     }
     beam
 }
 
+/// Over a way that begins at a point, through what media there are.
+pub(super) fn travel(
+    frame: &Frame,
+    beam: &mut Beam,
+    (from, direction): (Vec3, Vec3),
+    distance: f32,
+    end: &str,
+    steps: &mut Note,
+) {
+    let whole = f64::from(distance);
+    match absorbed(&frame.media, from, direction, distance, beam.axes) {
+        None => {
+            beam.covariance = beam.covariance.travel(whole);
+            note(steps, &beam.covariance, || format!("travel {distance:.3} m{end}"));
+        }
+        Some(bends) => {
+            beam.covariance = beam.covariance.travel(0.5 * whole).absorb(bends).travel(0.5 * whole);
+            note(steps, &beam.covariance, || {
+                let [xx, xy, yy] = bends;
+                format!(
+                    "travel {distance:.3} m{end}, absorbed by a depth that bends {xx:.3} {xy:.3} {yy:.3} 1/m²"
+                )
+            });
+        }
+    }
+}
+
 impl Source {
     /// Its light where it arrives.
-    fn beam(&self, steps: &mut Note) -> Beam {
+    fn beam(&self, frame: &Frame, to: Vec3, steps: &mut Note) -> Beam {
         let x = self.direction.any_orthonormal_vector();
         let axes = [x, self.direction.cross(x)];
         // A disc of this solid angle has Ω/4π of variance per axis.
@@ -109,14 +139,22 @@ impl Source {
         } else {
             Covariance5::of_window([nothing, nothing, s, s, nothing])
         };
-        note(steps, &covariance, || {
-            format!("light: {:.4} sr, {:.3} m away", self.solid_angle, self.distance)
-        });
-        if distance.is_finite() {
-            covariance = covariance.travel(distance);
-            note(steps, &covariance, || format!("travel {distance:.3} m"));
+        // The bandwidth of a map holds most of its energy: two standard deviations.
+        let own = f64::from(0.25 * self.bandwidth * self.bandwidth);
+        for axis in 2..4 {
+            covariance.rows[axis][axis] += own;
         }
-        Beam { covariance, axes }
+        note(steps, &covariance, || match (self.distance.is_finite(), self.solid_angle > 0.0) {
+            (true, true) => format!("light: {:.4} sr, {:.3} m away", self.solid_angle, self.distance),
+            (true, false) => format!("light: a point, {:.3} m away", self.distance),
+            (false, true) => format!("light: the sky, {:.3} cycles per radian there", self.bandwidth),
+            (false, false) => "light: from one direction".into(),
+        });
+        let mut beam = Beam { covariance, axes };
+        if distance.is_finite() {
+            travel(frame, &mut beam, (to, self.direction), self.distance, "", steps);
+        }
+        beam
     }
 }
 
@@ -129,31 +167,44 @@ pub(super) fn carried(
     axes: &FilmAxes,
     mut steps: Note,
 ) -> Covariance5 {
-    let mut beam = source.beam(&mut steps);
+    let lit = nodes.last().map_or(Vec3::ZERO, |node| node.vertex.surface.position);
+    let mut beam = source.beam(frame, lit, &mut steps);
     let mut incoming = source.direction;
+    let mut way: f32 = nodes.iter().map(|node| node.distance).sum();
     for (number, node) in nodes.iter().enumerate().rev() {
-        beam = past(frame, beam, node, incoming, &mut steps);
+        beam = past(frame, beam, node, incoming, axes.pixel * way, &mut steps);
         incoming = -node.vertex.towards_eye;
+        way -= node.distance;
         if number > 0 {
-            let distance = f64::from(node.distance);
-            beam.covariance = beam.covariance.travel(distance);
-            note(&mut steps, &beam.covariance, || format!("travel {distance:.3} m"));
+            let begin = (node.vertex.surface.position, node.vertex.towards_eye);
+            travel(frame, &mut beam, begin, node.distance, "", &mut steps);
         }
     }
-    to_film(beam, nodes, ray, axes, steps)
+    to_film(frame, beam, nodes, ray, axes, steps)
 }
 
 /// The last way, and through the lens.
-fn to_film(mut beam: Beam, nodes: &[Node], ray: Vec3, axes: &FilmAxes, mut steps: Note) -> Covariance5 {
+fn to_film(
+    frame: &Frame,
+    mut beam: Beam,
+    nodes: &[Node],
+    ray: Vec3,
+    axes: &FilmAxes,
+    mut steps: Note,
+) -> Covariance5 {
     let [right, down] = axes.across(ray);
     beam.turned(right);
     if beam.axes[1].dot(down) < 0.0 {
         // An odd number of reflections: the picture's y is the other way round.
         beam.covariance = beam.covariance.scaled(1, -1.0).scaled(3, -1.0);
+        beam.axes[1] = -beam.axes[1];
     }
     if let Some(node) = nodes.first() {
-        beam.covariance = beam.covariance.travel(f64::from(node.distance));
-        note(&mut steps, &beam.covariance, || format!("travel {:.3} m, to the lens", node.distance));
+        let begin = (node.vertex.surface.position, node.vertex.towards_eye);
+        travel(frame, &mut beam, begin, node.distance, ", to the lens", &mut steps);
+    }
+    if let Some((lens, focus)) = axes.lens(ray, &beam.covariance) {
+        note(&mut steps, &lens, || format!("lens, focused at {focus:.3} m"));
     }
     let film = axes.film(ray, &beam.covariance);
     note(&mut steps, &film, || "film: x, y in pixels, lens in metres, shutter".into());
@@ -188,10 +239,14 @@ pub(super) struct Meeting<'m> {
     /// n of the light's side over n of the other, where light goes through.
     pub(super) ratio: Option<f32>,
     pub(super) delta: bool,
+    /// The spectrum of what is painted there, as a sum of squares.
+    pub(super) painted: Option<[Vec3; 2]>,
+    /// The variance of slopes of facets that refract.
+    pub(super) facets: Option<f64>,
 }
 
 /// Reflection or refraction at a surface.
-fn surface(frame: &Frame, beam: &mut Beam, node: &Node, incoming: Vec3, steps: &mut Note) {
+fn surface(frame: &Frame, beam: &mut Beam, node: &Node, incoming: Vec3, pixel: f32, steps: &mut Note) {
     let vertex = &node.vertex;
     let instance = vertex.surface.instance;
     let meeting = Meeting {
@@ -202,15 +257,21 @@ fn surface(frame: &Frame, beam: &mut Beam, node: &Node, incoming: Vec3, steps: &
         velocity: velocity(frame, instance, vertex.surface.position, node.time),
         ratio: node.ratio,
         delta: node.delta,
+        painted: painted(frame, node, incoming, pixel),
+        facets: facet_slopes(vertex.material, vertex.surface.uv),
     };
     let bend = node.hit.as_ref().and_then(|hit| bend(frame, vertex, hit, node.time, node.distance));
+    let normal = vertex.shading_normal();
     let lobe = |axes| {
         if matches!(vertex.material.kind, MaterialKind::Diffuse { .. }) {
-            // ln cos has the second derivatives −1/cos² in the plane and −1 across it.
-            let cos = f64::from(incoming.dot(vertex.shading_normal())).max(0.02);
-            return lobe_from_log_hessian([1.0 / (cos * cos), 0.0, 1.0]);
+            return lobe_from_log_hessian([0.0; 3]);
         }
-        lobe(incoming, axes, |d| luminance(vertex.bsdf.eval(vertex.wo, vertex.to_local(d))))
+        // The cosine is an event of its own.
+        let scattered = |d: Vec3| {
+            let value = luminance(vertex.bsdf.eval(vertex.wo, vertex.to_local(d)));
+            value / d.dot(normal).abs().max(1e-3)
+        };
+        lobe(incoming, axes, scattered)
     };
     meet(beam, &meeting, bend.as_ref(), lobe, steps);
 }
@@ -250,11 +311,33 @@ pub(super) fn meet(
     if bent {
         c = c.curve(k.map(|k| sign * k), f64::from(cos_in));
     }
-    if let Some(ratio) = passes {
-        let interface = Interface { indices: [f64::from(ratio), 1.0], cos_in: f64::from(cos_in) };
-        c = c.refract(&interface).unwrap_or(c);
+    if let Some(painted) = meeting.painted {
+        let on = painted.map(|p| [f64::from(p.dot(tangent)), f64::from(p.dot(b))]);
+        let sum = |i: usize, k: usize| on[0][i] * on[0][k] + on[1][i] * on[1][k];
+        let spectrum = [sum(0, 0), sum(0, 1), sum(1, 1)];
+        c = c.texture(spectrum);
+        note(steps, &c, || {
+            format!(
+                "texture of {}: {:.3} x {:.3} cycles per metre",
+                meeting.name,
+                sum(0, 0).sqrt(),
+                sum(1, 1).sqrt()
+            )
+        });
     }
     if !meeting.delta {
+        c = c.cosine(f64::from(cos_in));
+        note(steps, &c, || format!("cosine {cos_in:.3}"));
+    }
+    if let Some(ratio) = passes {
+        let interface = Interface { indices: [f64::from(ratio), 1.0], cos_in: f64::from(cos_in) };
+        c = match meeting.facets.filter(|_| !meeting.delta) {
+            Some(slopes) => c.refract_rough(&interface, slopes),
+            // A lobe is measured where light comes from.
+            None => c.reflect(lobe).refract(&interface),
+        }
+        .unwrap_or(c);
+    } else if !meeting.delta {
         c = c.reflect(lobe);
     }
     if bent {
@@ -276,7 +359,8 @@ pub(super) fn meet(
     }
     note(steps, &beam.covariance, || {
         let what = match (passes, meeting.delta) {
-            (Some(_), _) => "refraction",
+            (Some(_), true) => "refraction",
+            (Some(_), false) => "rough refraction",
             (None, true) => "mirror",
             (None, false) => "reflection",
         };

@@ -71,17 +71,24 @@ impl Eye<'_> {
                 let end = hit.map_or(f32::INFINITY, |hit| (ray.at(hit.t) - sent.origin).dot(sent.direction));
                 passage.walk(&frame.media, &Ray { t_max: end, ..sent }, &mut Stream::new(u));
                 if depth < settings.max_depth {
-                    self.photons.in_media.beside(sent.origin, sent.direction, end, |photon, amount, t| {
-                        if depth + 1 + photon.depth > settings.max_depth {
-                            return;
-                        }
-                        let cos = -sent.direction.dot(photon.towards);
-                        let wi = Vec3::new((1.0 - cos * cos).max(0.0).sqrt(), 0.0, cos);
-                        let phase = Bsdf::phase(photon.anisotropy).eval(Vec3::Z, wi);
-                        let brought = throughput * photon.power * phase * amount * passage.at(t);
-                        seen.add(brought, photon);
-                        told(photon, luminance(brought));
-                    });
+                    let within = passage.within();
+                    self.photons.in_media.beside(
+                        sent.origin,
+                        sent.direction,
+                        within,
+                        |photon, amount, places| {
+                            if depth + 1 + photon.depth > settings.max_depth {
+                                return;
+                            }
+                            let cos = -sent.direction.dot(photon.towards);
+                            let wi = Vec3::new((1.0 - cos * cos).max(0.0).sqrt(), 0.0, cos);
+                            let phase = Bsdf::phase(photon.anisotropy).eval(Vec3::Z, wi);
+                            let passed = passage.at(places[0]) + passage.at(places[1]);
+                            let brought = throughput * photon.power * (phase * amount * 0.5) * passed;
+                            seen.add(brought, photon);
+                            told(photon, luminance(brought));
+                        },
+                    );
                 }
                 throughput *= passage.at(end);
             } else if *in_media {

@@ -13,6 +13,7 @@ use halflight_trace::DistanceGrid;
 
 use super::super::look::velocity;
 use super::super::pilot::bend;
+use super::super::products::facet_slopes;
 use super::super::trail::{Meeting, Note, lobe, meet, note, scatter_to};
 use super::emit::Sources;
 use crate::sampler::Sampler;
@@ -196,6 +197,8 @@ impl Flights<'_> {
                         velocity: velocity(frame, vertex.surface.instance, position, ray.time),
                         ratio: through.then_some(1.0 / ratio),
                         delta: sample.delta,
+                        painted: None,
+                        facets: facet_slopes(vertex.material, vertex.surface.uv),
                     };
                     let scattered =
                         |d: Vec3| luminance(vertex.bsdf.eval(vertex.to_local(d), vertex.to_local(outgoing)));

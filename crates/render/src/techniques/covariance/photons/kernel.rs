@@ -13,20 +13,30 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 
+use super::borders::Borders;
 use super::flight::Landed;
 
 /// Semi-axes of a kernel per deviation of the Gaussian that it is to be as good as: √6 in two dimensions.
 const WIDE: f32 = 2.4;
-/// A kernel expects at least so many photons of all passes so far.
+/// A kernel of the first pass expects at least so many photons, one of pass i then i^(2/3) as many in all passes so far: where light
+/// focuses, noise goes to zero as well.
 const LEAST: f32 = 6.0;
+/// Half the shortest axis of a kernel of the first pass is at least so many pixels where the eye sees it straight.
+const PIXELS: f32 = 1.5;
 /// The longest axis per shortest.
 const SLIM: f32 = 8.0;
 
 /// How the radius of kernels is found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Rule {
-    /// From covariance; the pass, from 1.
-    Covariance(f32),
+    /// From covariance.
+    Covariance {
+        /// From 1.
+        pass: f32,
+        /// Where the eye is, and the width of a pixel at a distance of 1.
+        eye: Vec3,
+        pixel: f32,
+    },
     /// The same for all, metres.
     Fixed(f32),
 }
@@ -53,16 +63,24 @@ pub(super) struct Photon {
 }
 
 impl Photon {
-    /// With `density` photons per square or cubic metre about it.
-    pub(super) fn new(landed: &Landed, density: f32, rule: Rule) -> Self {
+    /// With `density` photons per square or cubic metre about it, between borders where there are any.
+    pub(super) fn new(landed: &Landed, density: f32, rule: Rule, borders: Option<&Borders>) -> Self {
         let in_medium = landed.normal == Vec3::ZERO;
         let (axes, sides) = match (rule, in_medium) {
             (Rule::Fixed(r), true) => (cross(landed.towards), [r; 3]),
             (Rule::Fixed(r), false) => (cross(landed.normal), [r, r, 0.5 * r]),
-            (Rule::Covariance(pass), true) => in_air(landed, pass * density),
-            (Rule::Covariance(pass), false) => on_surface(landed, pass * density),
+            (Rule::Covariance { pass, eye, pixel }, _) => {
+                let (axes, sides) =
+                    if in_medium { in_air(landed, density, pass) } else { on_surface(landed, density, pass) };
+                let least = PIXELS * pixel * eye.distance(landed.position) * pass.powf(-1.0 / 6.0);
+                (axes, sides.map(|s| s.max(least)))
+            }
         };
         let sides = sides.map(|s| if s.is_finite() { s.clamp(1e-6, 1e6) } else { 1e-6 });
+        let share = match borders {
+            Some(borders) if in_medium => borders.share(landed.position, axes, sides),
+            _ => 1.0,
+        };
         let mut form = [0.0; 6];
         let mut extent = Vec3::ZERO;
         for (e, s) in axes.into_iter().zip(sides) {
@@ -75,7 +93,8 @@ impl Photon {
         }
         let [a, b, c] = sides;
         // The line through a ball of 1 − q holds 4/3 (1 − q₀)^(3/2).
-        let norm = if in_medium { 15.0 / (8.0 * PI * a * b * c) * (4.0 / 3.0) } else { 2.0 / (PI * a * b) };
+        let norm =
+            if in_medium { 15.0 / (8.0 * PI * a * b * c * share) * (4.0 / 3.0) } else { 2.0 / (PI * a * b) };
         Self {
             position: landed.position,
             towards: landed.towards,
@@ -109,16 +128,43 @@ impl Photon {
         self.norm * (1.0 - self.product(d, d)).max(0.0)
     }
 
-    /// The kernel's integral along a line, per square metre, and where on it its middle is; `None` beside it.
+    /// The kernel's integral along the parts of a line that are within, per square metre, and two places on it whose mean stands for
+    /// what varies along it; `None` beside it. (Of 1 − s² the points ±1/√5 have the first three moments.)
     #[inline]
-    pub(super) fn along(&self, origin: Vec3, direction: Vec3) -> Option<(f32, f32)> {
+    pub(super) fn along(
+        &self,
+        origin: Vec3,
+        direction: Vec3,
+        within: &[[f32; 2]],
+    ) -> Option<(f32, [f32; 2])> {
         let o = origin - self.position;
         // From the nearest point, or distant origins round it away.
         let near = -o.dot(direction);
         let o = o + direction * near;
         let (a, b, c) = (self.product(direction, direction), self.product(direction, o), self.product(o, o));
         let left = 1.0 - (c - b * b / a);
-        (left > 0.0).then(|| (self.norm * left * left.sqrt() / a.sqrt(), near - b / a))
+        if left <= 0.0 {
+            return None;
+        }
+        let (middle, half) = (near - b / a, (left / a).sqrt());
+        // 1 − s² from −1 to s.
+        let upto = |t: f32| {
+            let s = ((t - middle) / half).clamp(-1.0, 1.0);
+            0.5 + s * (0.75 - 0.25 * s * s)
+        };
+        let (mut share, mut place, mut apart) = (0.0, 0.0, 0.0);
+        for [enter, leave] in within {
+            let part = upto(*leave) - upto(*enter);
+            if part > 0.0 {
+                let (first, last) = (enter.max(middle - half), leave.min(middle + half));
+                share += part;
+                place += part * 0.5 * (first + last);
+                apart += part * 0.223_606_8 * (last - first);
+            }
+        }
+        let (place, apart) = (place / share, apart / share);
+        (share > 0.0)
+            .then(|| (self.norm * left * left.sqrt() / a.sqrt() * share, [place - apart, place + apart]))
     }
 }
 
@@ -135,16 +181,16 @@ fn principal([xx, xy, yy]: [f32; 3]) -> ((f32, f32), [f32; 2]) {
     ((cos, sin), [mean + half, (mean - half).max(1e-12)])
 }
 
-/// Deviations of the light to those of kernels, given how many photons are in the light.
-fn shrunk<const N: usize>(deviations: [f32; N], photons: f32, held: impl Fn([f32; N]) -> f32) -> [f32; N] {
-    let scale = photons.max(1e-6).powf(-1.0 / 6.0);
+/// Deviations of the light to those of kernels, given how many photons of a pass are in so much of it.
+fn shrunk<const N: usize>(deviations: [f32; N], pass: f32, held: impl Fn([f32; N]) -> f32) -> [f32; N] {
+    let scale = (pass * held(deviations)).max(1e-6).powf(-1.0 / 6.0);
     let kernel = deviations.map(|s| s * scale);
-    let expected = held(kernel);
-    let more = if expected < LEAST { (LEAST / expected.max(1e-9)).powf(1.0 / N as f32) } else { 1.0 };
+    let (expected, least) = (held(kernel), LEAST * pass.powf(-1.0 / 3.0));
+    let more = if expected < least { (least / expected.max(1e-9)).powf(1.0 / N as f32) } else { 1.0 };
     kernel.map(|s| WIDE * s * more)
 }
 
-fn on_surface(landed: &Landed, density: f32) -> ([Vec3; 3], [f32; 3]) {
+fn on_surface(landed: &Landed, density: f32, pass: f32) -> ([Vec3; 3], [f32; 3]) {
     let [t, b, n] = cross(landed.normal);
     let [x, y] = landed.axes;
     let [xx, xy, yy] = landed.precision;
@@ -156,16 +202,16 @@ fn on_surface(landed: &Landed, density: f32) -> ([Vec3; 3], [f32; 3]) {
     let second = second.max(first / (SLIM * SLIM));
     let light = [first, second].map(|p| 1.0 / p.sqrt());
     let held = |[a, b]: [f32; 2]| density * 4.0 * PI * a * b;
-    let [a, b_side] = shrunk(light, held(light), held);
+    let [a, b_side] = shrunk(light, pass, held);
     let axes = [t * cos + b * sin, b * cos - t * sin, n];
     (axes, [a, b_side, 0.5 * (a * b_side).sqrt()])
 }
 
-fn in_air(landed: &Landed, density: f32) -> ([Vec3; 3], [f32; 3]) {
+fn in_air(landed: &Landed, density: f32, pass: f32) -> ([Vec3; 3], [f32; 3]) {
     let [x, y] = landed.axes;
     let ((cos, sin), [first, second]) = principal(landed.precision);
     let light = [first, second, landed.along].map(|p| 1.0 / p.max(1e-12).sqrt());
     let held = |[a, b, c]: [f32; 3]| density * (4.0 * PI).powf(1.5) * a * b * c;
     let axes = [x * cos + y * sin, y * cos - x * sin, landed.towards];
-    (axes, shrunk(light, held(light), held))
+    (axes, shrunk(light, pass, held))
 }

@@ -9,9 +9,11 @@
 //! |---|---|
 //! | `emit` | where photons set out |
 //! | `flight` | their way, with covariance |
+//! | `borders` | how much of a kernel lies within its medium |
 //! | `kernel`, `tree` | how wide they are, and who reaches what |
 //! | `eye` | paths from the eye that leave out what photons bring |
 
+mod borders;
 mod emit;
 mod eye;
 mod flight;
@@ -38,6 +40,7 @@ use crate::technique::{Budget, Deadline, Progress, RenderReport, TechniqueError}
 use crate::techniques::path::integrator::Integrator;
 use crate::techniques::path::{DEFAULT_SAMPLES, MAX_SAMPLES};
 use crate::tracking::Passage;
+use borders::Borders;
 use emit::Sources;
 use eye::{Eye, Seen};
 use flight::{Flights, Landed};
@@ -69,6 +72,9 @@ pub(super) struct Method<'a> {
     near: Option<DistanceGrid>,
     /// The first radius of fixed kernels.
     radius: f32,
+    /// Where the eye is, and the width of a pixel at a distance of 1.
+    eye: Vec3,
+    pixel: f32,
     seed: u64,
 }
 
@@ -83,7 +89,8 @@ impl<'a> Method<'a> {
             .map(|(low, high)| DistanceGrid::build_within(&frame.world, low, high, GRID));
         // Four pixels where the camera is focused.
         let radius = settings.radius.unwrap_or(4.0 * axes.pixel * frame.camera.focus_distance.min(1e4));
-        Self { frame, settings, integrator, sources, near, radius, seed }
+        let eye = frame.camera.pose[0].translation.into();
+        Self { frame, settings, integrator, sources, near, radius, eye, pixel: axes.pixel, seed }
     }
 
     /// The time of the shutter of a pass, the same for all that it traces.
@@ -115,7 +122,9 @@ impl<'a> Method<'a> {
     /// The rule of a pass's kernels, passes counted from 0.
     fn rule(&self, pass: u32) -> Rule {
         match self.settings.kernel {
-            Kernel::Covariance => Rule::Covariance((pass + 1) as f32),
+            Kernel::Covariance => {
+                Rule::Covariance { pass: (pass + 1) as f32, eye: self.eye, pixel: self.pixel }
+            }
             Kernel::Fixed => {
                 let alpha = f64::from(self.settings.radius_falloff);
                 let shrink: f64 = (1..=pass).map(|i| (f64::from(i) + alpha) / (f64::from(i) + 1.0)).product();
@@ -148,8 +157,9 @@ impl<'a> Method<'a> {
             }
         }
         let rule = self.rule(pass);
+        let borders = Borders { frame: self.frame, near: self.near.as_ref(), time };
         let (on_surfaces, in_media) =
-            rayon::join(|| Tree::new(on_surfaces, rule), || Tree::new(in_media, rule));
+            rayon::join(|| Tree::new(on_surfaces, rule, None), || Tree::new(in_media, rule, Some(&borders)));
         Photons { on_surfaces, in_media, complete: true }
     }
 

@@ -157,6 +157,11 @@ fn random(state: &mut u64) -> f32 {
     (*state >> 40) as f32 / (1u64 << 24) as f32
 }
 
+/// Without a floor of pixels.
+fn covariance(pass: f32) -> Rule {
+    Rule::Covariance { pass, eye: Vec3::ZERO, pixel: 0.0 }
+}
+
 fn some_photons(count: u32, in_medium: bool) -> Vec<Landed> {
     let mut state = 7;
     let mut three = || Vec3::from_array(std::array::from_fn(|_| random(&mut state)));
@@ -185,9 +190,9 @@ fn some_photons(count: u32, in_medium: bool) -> Vec<Landed> {
 #[test]
 fn the_tree_finds_the_photons_that_trying_all_of_them_finds() {
     let mut state = 3;
-    for rule in [Rule::Covariance(2.0), Rule::Fixed(0.05)] {
+    for rule in [covariance(2.0), Rule::Fixed(0.05)] {
         for in_medium in [false, true] {
-            let tree = Tree::new(some_photons(3000, in_medium), rule);
+            let tree = Tree::new(some_photons(3000, in_medium), rule, None);
             let all: Vec<Photon> = tree.photons.clone();
             assert_eq!(all.len(), 3000);
             let mut hits = 0;
@@ -198,12 +203,13 @@ fn the_tree_finds_the_photons_that_trying_all_of_them_finds() {
                 let (mut found, mut tried) = (Vec::new(), Vec::new());
                 if in_medium {
                     let origin = point - 2.0 * direction;
-                    tree.beside(origin, direction, 2.3, |photon, amount, _| {
+                    let within = [[0.2, 1.9], [2.0, 2.3]];
+                    tree.beside(origin, direction, &within, |photon, amount, _| {
                         found.push((photon.number, amount));
                     });
                     tried.extend(all.iter().filter_map(|photon| {
-                        let (amount, t) = photon.along(origin, direction)?;
-                        (t > 0.0 && t < 2.3).then_some((photon.number, amount))
+                        let (amount, _) = photon.along(origin, direction, &within)?;
+                        Some((photon.number, amount))
                     }));
                 } else {
                     tree.about(point, |photon| found.push((photon.number, photon.at(point))));
@@ -220,9 +226,9 @@ fn the_tree_finds_the_photons_that_trying_all_of_them_finds() {
 
 #[test]
 fn a_kernel_spreads_one_photon_over_the_plane_and_over_lines_through_space() {
-    for rule in [Rule::Covariance(1.0), Rule::Fixed(0.05)] {
+    for rule in [covariance(1.0), Rule::Fixed(0.05)] {
         for in_medium in [false, true] {
-            let tree = Tree::new(some_photons(200, in_medium), rule);
+            let tree = Tree::new(some_photons(200, in_medium), rule, None);
             let photon = &tree.photons[17];
             let n = 400;
             let half = 1.5 * photon.extent.max_element();
@@ -233,7 +239,9 @@ fn a_kernel_spreads_one_photon_over_the_plane_and_over_lines_through_space() {
                 let at = |k: usize| (k as f32 + 0.5) * cell - half;
                 let point = photon.position + x * at(i % n) + y * at(i / n);
                 let value = if in_medium {
-                    photon.along(point - photon.towards, photon.towards).map_or(0.0, |found| found.0)
+                    photon
+                        .along(point - photon.towards, photon.towards, &[[-1e9, 1e9]])
+                        .map_or(0.0, |found| found.0)
                 } else {
                     photon.at(point)
                 };
@@ -242,4 +250,68 @@ fn a_kernel_spreads_one_photon_over_the_plane_and_over_lines_through_space() {
             assert!((sum - 1.0).abs() < 2e-3, "{rule:?} {in_medium}: {sum}");
         }
     }
+}
+
+/// A medium of three colours in a box on the ground, lit from far away.
+const HAZE: &str = r#"
+[camera]
+origin = [0, 1.5, 3]
+target = [0, 0.1, 0]
+vertical_fov_degrees = 35
+[environment]
+type = "constant"
+color = 0.05
+[[light]]
+type = "directional"
+direction = [0.5, -1, -0.3]
+irradiance = 3
+[[medium]]
+min = [-2, 0, -2]
+max = [2, 1.2, 2]
+scattering = [0.1, 0.2, 0.4]
+absorption = 0.05
+[[shape]]
+type = "plane"
+half_extent = 4
+"#;
+
+#[test]
+fn a_medium_is_as_bright_by_few_photons_as_by_paths_in_every_colour_up_to_its_borders() {
+    let truth = mean(&picture(&Path::default(), HAZE, 1024, 99));
+    for kernel in [Kernel::Covariance, Kernel::Fixed] {
+        let technique = Covariance::new(CovarianceSettings { photons: 32768, ..settings(kernel) });
+        let found = mean(&picture(&technique, HAZE, 16, 1));
+        println!("{kernel:?}: {found:?} for {truth:?}");
+        for (a, b) in found.into_iter().zip(truth) {
+            assert!((a / b - 1.0).abs() < 0.01, "{kernel:?}: {found:?} for {truth:?}");
+        }
+    }
+}
+
+/// Light of a point, which smooth things gather without any blur.
+fn points() -> String {
+    let (head, tail) = CAUSTIC.split_once("[[light]]").unwrap();
+    let (_, rest) = tail.split_once("[material.glass]").unwrap();
+    format!(
+        "{head}[[light]]\ntype = \"point\"\nposition = [-1.2, 2.5, 0.5]\nintensity = 8\n[material.glass]{rest}"
+    )
+}
+
+#[test]
+fn where_light_of_a_point_focuses_kernels_stay_wide_enough_for_their_photons() {
+    let text = points();
+    let fixed = |radius: f32, photons: u32, passes: u32, seed: u64| {
+        let settings = CovarianceSettings { radius: Some(radius), photons, ..settings(Kernel::Fixed) };
+        picture(&Covariance::new(settings), &text, passes, seed)
+    };
+    let truth = fixed(0.03, 262_144, 48, 9);
+    // The fixed radius that is taken unless another is given: four pixels.
+    let settings = |kernel| CovarianceSettings { photons: 32768, radius: None, ..settings(kernel) };
+    let [by_covariance, by_fixed] = [Kernel::Covariance, Kernel::Fixed]
+        .map(|kernel| picture(&Covariance::new(settings(kernel)), &text, 16, 1));
+    let brightest = |film: &Film| film.image().pixels.iter().flatten().copied().fold(0.0f32, f32::max);
+    let errors = [&by_covariance, &by_fixed].map(|film| relative_mse(film, &truth));
+    println!("{errors:?}, brightest {} of {}", brightest(&by_covariance), brightest(&truth));
+    assert!(errors[0] < errors[1], "{errors:?}");
+    assert!(brightest(&by_covariance) < 1.5 * brightest(&truth));
 }

@@ -7,6 +7,7 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 
+use super::borders::Borders;
 use super::flight::Landed;
 use super::kernel::{Photon, Rule};
 
@@ -32,17 +33,24 @@ pub(super) struct Tree {
 }
 
 impl Tree {
-    pub(super) fn new(mut landed: Vec<Landed>, rule: Rule) -> Self {
+    pub(super) fn new(mut landed: Vec<Landed>, rule: Rule, borders: Option<&Borders>) -> Self {
         let mut tree = Self { photons: Vec::with_capacity(landed.len()), nodes: Vec::new() };
         if !landed.is_empty() {
             let count = landed.len();
-            tree.cut(&mut landed, 0, count, rule);
+            tree.cut(&mut landed, 0, count, rule, borders);
         }
         tree
     }
 
     /// The node of some photons, and its box.
-    fn cut(&mut self, all: &mut [Landed], begin: usize, end: usize, rule: Rule) -> [Vec3; 2] {
+    fn cut(
+        &mut self,
+        all: &mut [Landed],
+        begin: usize,
+        end: usize,
+        rule: Rule,
+        borders: Option<&Borders>,
+    ) -> [Vec3; 2] {
         let place = self.nodes.len();
         let nothing =
             Node { low: Vec3::ZERO, high: Vec3::ZERO, begin: begin as u32, end: end as u32, second: 0 };
@@ -50,12 +58,12 @@ impl Tree {
         let part = &mut all[begin..end];
         let [low, high] = if part.len() <= LEAF {
             let density = match rule {
-                Rule::Covariance(_) => density(part),
+                Rule::Covariance { .. } => density(part),
                 Rule::Fixed(_) => 1.0,
             };
             let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
             for landed in part {
-                let photon = Photon::new(landed, density, rule);
+                let photon = Photon::new(landed, density, rule, borders);
                 (low, high) =
                     (low.min(photon.position - photon.extent), high.max(photon.position + photon.extent));
                 self.photons.push(photon);
@@ -78,9 +86,9 @@ impl Tree {
             part.select_nth_unstable_by(half, |a, b| {
                 a.position[axis].total_cmp(&b.position[axis]).then(a.number.cmp(&b.number))
             });
-            let first = self.cut(all, begin, begin + half, rule);
+            let first = self.cut(all, begin, begin + half, rule, borders);
             self.nodes[place].second = self.nodes.len() as u32;
-            let second = self.cut(all, begin + half, end, rule);
+            let second = self.cut(all, begin + half, end, rule, borders);
             [first[0].min(second[0]), first[1].max(second[1])]
         };
         (self.nodes[place].low, self.nodes[place].high) = (low, high);
@@ -100,30 +108,29 @@ impl Tree {
         );
     }
 
-    /// All photons whose kernels a ray passes through, with the kernel's integral along it and where its middle is.
+    /// All photons whose kernels a ray passes through in the intervals given, in order of distance: with the kernel's integral
+    /// along them and two places that stand for them.
     #[inline]
     pub(super) fn beside(
         &self,
         origin: Vec3,
         direction: Vec3,
-        end: f32,
-        mut found: impl FnMut(&Photon, f32, f32),
+        within: &[[f32; 2]],
+        mut found: impl FnMut(&Photon, f32, [f32; 2]),
     ) {
+        let (Some([begin, _]), Some([_, end])) = (within.first(), within.last()) else { return };
         let inverse = direction.recip();
         self.walk(
             |node| {
                 let (a, b) = ((node.low - origin) * inverse, (node.high - origin) * inverse);
                 // min and max pass over NaN, of a ray within a side.
-                let enter = a.min(b).max_element().max(0.0);
-                let leave = a.max(b).min_element().min(end);
+                let enter = a.min(b).max_element().max(*begin);
+                let leave = a.max(b).min_element().min(*end);
                 enter <= leave * 1.000_01
             },
             |photon| {
-                if let Some((amount, t)) = photon.along(origin, direction)
-                    && t > 0.0
-                    && t < end
-                {
-                    found(photon, amount, t);
+                if let Some((amount, places)) = photon.along(origin, direction, within) {
+                    found(photon, amount, places);
                 }
             },
         );
@@ -172,7 +179,9 @@ fn density(part: &[Landed]) -> f32 {
     } else {
         let (x, y) = normal.any_orthonormal_pair();
         let (xx, xy, yy) = (x.dot(m * x), x.dot(m * y), y.dot(m * y));
-        12.0 * (xx * yy - xy * xy).max(0.0).sqrt()
+        // Few photons in a line do not tell how wide the line is: no less than an eighth of its length.
+        let long = 0.5 * (xx + yy) + (0.25 * (xx - yy) * (xx - yy) + xy * xy).sqrt();
+        12.0 * (xx * yy - xy * xy).max(long * long / 64.0).sqrt()
     };
     // Few photons look nearer to each other than they are: one is lost for the mean.
     let corrected = (n - 1.0).max(0.5);
