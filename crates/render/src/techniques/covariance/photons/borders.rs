@@ -1,17 +1,18 @@
-//! How much of a kernel in a medium lies where its light can be seen: within media, and not behind a surface.
+//! How much of a kernel in a medium lies where its light can be seen: within media, and not within a solid.
 //!
 //! A kernel hands out the whole power of its photon. What of it lies beyond the border of a medium, or under the ground, no ray
 //! from the eye ever gathers, so that light would be missing along borders; kernels are divided by the share that does lie
 //! within, and rays gather within alone. The share is the mean over [`POINTS`] points spread as the kernel is: 1 − q in the
 //! unit ball, of which (5 r³ − 3 r⁵)/2 lie within r, each with its opposite, so that a plane through the middle has exactly half.
 //!
-//! Cost: nothing for kernels that nothing is near to; else a short shadow ray for each point.
+//! Cost: nothing for kernels that nothing is near to; else a short ray for each point.
 
 use std::f32::consts::TAU;
 use std::sync::LazyLock;
 
 use glam::Vec3;
 use halflight_scene::Frame;
+use halflight_scene::media::Region;
 use halflight_trace::{DistanceGrid, Ray};
 
 /// Points of a kernel that are looked at.
@@ -56,13 +57,12 @@ impl Borders<'_> {
     pub(super) fn share(&self, at: Vec3, axes: [Vec3; 3], sides: [f32; 3]) -> f32 {
         let longest = sides[0].max(sides[1]).max(sides[2]);
         let volumes = self.frame.media.volumes();
-        let deep = volumes.iter().any(|volume| {
-            let (low, high) = volume.region.bounds();
-            let margin = (at - low).min(high - at).min_element();
-            // Of a ball the box about it says too much.
-            matches!(volume.region, halflight_scene::media::Region::Sphere { center, radius }
-                if radius - center.distance(at) > longest)
-                || margin > longest && !matches!(volume.region, halflight_scene::media::Region::Sphere { .. })
+        let deep = volumes.iter().any(|volume| match volume.region {
+            Region::Sphere { center, radius } => radius - center.distance(at) > longest,
+            region => {
+                let (low, high) = region.bounds();
+                (at - low).min(high - at).min_element() > longest
+            }
         });
         // Within this nothing is in the way.
         let free = self.near.map_or(0.0, |grid| grid.distance(at));
@@ -72,22 +72,14 @@ impl Borders<'_> {
         }
         let inside = |point: Vec3| {
             deep || volumes.iter().any(|volume| match volume.region {
-                halflight_scene::media::Region::Everywhere => true,
-                halflight_scene::media::Region::Box { low, high } => {
-                    point.cmpge(low).all() && point.cmple(high).all()
-                }
-                halflight_scene::media::Region::Sphere { center, radius } => {
-                    center.distance_squared(point) <= radius * radius
-                }
+                Region::Everywhere => true,
+                Region::Box { low, high } => point.cmpge(low).all() && point.cmple(high).all(),
+                Region::Sphere { center, radius } => center.distance_squared(point) <= radius * radius,
             })
         };
         let seen = |way: Vec3| {
             let length = way.length();
-            if length <= free || length <= 0.0 {
-                return true;
-            }
-            let ray = Ray { origin: at, direction: way / length, t_max: length, time: self.time };
-            !self.frame.world.occluded(&ray)
+            length <= free || length <= 0.0 || !self.is_buried(at, way / length, length)
         };
         let count = BALL.iter().filter(|point| {
             let way = axes[0] * (sides[0] * point.x)
@@ -96,5 +88,26 @@ impl Borders<'_> {
             inside(at + way) && seen(way)
         });
         (count.count() as f32 / POINTS as f32).max(LEAST)
+    }
+
+    /// Whether a point is within something, or under it: an odd number of surfaces lie between. Beyond both sides of a
+    /// wall light does not belong, but the eye finds it there.
+    fn is_buried(&self, from: Vec3, direction: Vec3, length: f32) -> bool {
+        /// Most surfaces that are passed.
+        const SURFACES: usize = 6;
+        let world = &self.frame.world;
+        let mut ray = Ray { origin: from, direction, t_max: length, time: self.time };
+        let mut passed = 0;
+        while passed < SURFACES
+            && let Some(hit) = world.closest(&ray)
+        {
+            passed += 1;
+            let next = world.surface(&ray, &hit).spawn(direction, self.time);
+            ray = Ray { t_max: length - next.origin.distance(from), ..next };
+            if ray.t_max <= 0.0 {
+                break;
+            }
+        }
+        passed % 2 == 1
     }
 }
