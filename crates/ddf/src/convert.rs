@@ -8,6 +8,7 @@ use halflight_shape::{Lattice, TriangleMesh};
 use rayon::prelude::*;
 
 use crate::field::{DirectedField, FieldHit};
+use crate::measure::{Cloud, field_points_while};
 
 /// Directions spread evenly over the sphere (Fibonacci's spiral).
 #[must_use]
@@ -75,26 +76,51 @@ impl DirectedField {
         DistanceGrid { posts, low, step, values }
     }
 
+    /// Unsigned distances at posts of the same cube, to points of the surface that the field's own rays meet: one for each
+    /// quarter of a step and more, so that shells of a step are smooth to a few hundredths of it.
+    ///
+    /// [`DirectedField::distance_grid`] has a pit wherever the one direction that points at the surface is answered
+    /// wrongly, and a bump wherever any is; here a surface is met from all sides, and a wrong hit stands alone: points
+    /// with much fewer others about them than is usual do not count. `go_on` is told how much is done, 0 to 1; `None` if it
+    /// says no.
+    pub fn surface_grid(&self, posts: u32, go_on: &(dyn Fn(f32) -> bool + Sync)) -> Option<DistanceGrid> {
+        let posts = posts.max(2);
+        let (low, high) = self.bounds();
+        let size = (high - low).max_element() * 1.1;
+        let (low, step) = (0.5 * (low + high) - 0.5 * size, size / (posts - 1) as f32);
+        let unit = self.unit();
+        let unit_step = step * unit.scale;
+        // The few first points tell the area: of so many lines through the sphere a share meets the surface.
+        let spacing = 0.25 * unit_step;
+        let most = if self.prefers_many() { MOST_POINTS / 8 } else { MOST_POINTS };
+        let count = ((POINTS_FOR_EACH_SPACING * AREA / (spacing * spacing)) as usize).clamp(10_000, most);
+        let cloud = Cloud::new(field_points_while(self, count, 5, &|part| go_on(0.8 * part))?);
+        // The radius within which as many are looked for, of an area of so many points.
+        let radius = (COMPANY * AREA / count as f32).sqrt();
+        let cloud = cloud.without_loners(radius);
+        let place = |index: usize| {
+            let index = index as u32;
+            low + UVec3::new(index % posts, index / posts % posts, index / (posts * posts)).as_vec3() * step
+        };
+        let mut values = Vec::with_capacity((posts as usize).pow(3));
+        let plane = (posts * posts) as usize;
+        for z in 0..posts as usize {
+            if !go_on(0.8 + 0.2 * z as f32 / posts as f32) {
+                return None;
+            }
+            let one = |index| cloud.squared_distance(unit.to_unit(place(index))).sqrt() / unit.scale;
+            values.par_extend((z * plane..(z + 1) * plane).into_par_iter().with_min_len(64).map(one));
+        }
+        Some(DistanceGrid { posts, low, step, values })
+    }
+
     /// The field as a solid: the surface that is seen from far away, hollows within closed, as a mesh.
     ///
-    /// The shell around the surface at a distance d of the [`DirectedField::distance_grid`], its outer side alone, moved in
+    /// The shell around the surface at a distance d of the [`DirectedField::surface_grid`], its outer side alone, moved in
     /// by d along its normals. What is thinner than a step of the grid comes out about as thick.
     #[must_use]
-    pub fn solid(&self, posts: u32, directions: usize) -> TriangleMesh {
-        let grid = self.distance_grid(posts, directions);
-        // Less than a step would leave holes between posts.
-        let shell = 0.8 * grid.step;
-        let mut mesh = grid.filled(shell).surface(shell);
-        let mut normals = vec![Vec3::ZERO; mesh.positions.len()];
-        for triangle in &mesh.triangles {
-            let [a, b, c] = triangle.map(|vertex| mesh.positions[vertex as usize]);
-            let normal = (b - a).cross(c - a);
-            triangle.iter().for_each(|&vertex| normals[vertex as usize] += normal);
-        }
-        for (position, normal) in mesh.positions.iter_mut().zip(normals) {
-            *position -= shell * normal.normalize_or_zero();
-        }
-        mesh
+    pub fn solid(&self, posts: u32) -> TriangleMesh {
+        self.surface_grid(posts, &|_| true).map_or_else(TriangleMesh::default, |grid| grid.solid())
     }
 
     /// The least φ over some directions, refined; infinite where none sees anything.
@@ -139,7 +165,34 @@ impl DirectedField {
     }
 }
 
+/// Points for each square of a quarter of a step: so many that few such squares stay empty.
+const POINTS_FOR_EACH_SPACING: f32 = 3.0;
+/// The area of a surface in the unit sphere, about: that of the sphere is 12.6, but there are hidden parts.
+const AREA: f32 = 12.0;
+/// Most points that are kept: 12 bytes each, and a microsecond or two to find.
+const MOST_POINTS: usize = 3_000_000;
+/// A point of the surface has about so many others around it, among which a wrong one shows.
+const COMPANY: f32 = 12.0;
+
 impl DistanceGrid {
+    /// The outer side of a shell of these distances, moved in to the surface, see [`DirectedField::solid`].
+    #[must_use]
+    pub fn solid(self) -> TriangleMesh {
+        // Less than a step would leave holes between posts.
+        let shell = 0.8 * self.step;
+        let mut mesh = self.filled(shell).surface(shell);
+        let mut normals = vec![Vec3::ZERO; mesh.positions.len()];
+        for triangle in &mesh.triangles {
+            let [a, b, c] = triangle.map(|vertex| mesh.positions[vertex as usize]);
+            let normal = (b - a).cross(c - a);
+            triangle.iter().for_each(|&vertex| normals[vertex as usize] += normal);
+        }
+        for (position, normal) in mesh.positions.iter_mut().zip(normals) {
+            *position -= shell * normal.normalize_or_zero();
+        }
+        mesh
+    }
+
     /// The same grid with 0 wherever no way of posts farther from the surface than `distance` leads to the border.
     #[must_use]
     pub fn filled(mut self, distance: f32) -> DistanceGrid {

@@ -51,7 +51,8 @@ pub struct Provenance {
 pub struct DirectedField {
     pub(crate) form: Form,
     unit: UnitSpace,
-    /// Object to grid: g = x · scale + offset.
+    /// Object to grid: g = (x − center) · scale + offset. The center is taken off first, or else the place of an object
+    /// that stands far from the origin would be rounded twice.
     grid_scale: f32,
     grid_offset: Vec3,
     /// What training measured of itself.
@@ -89,6 +90,9 @@ pub struct FieldHit {
     pub(crate) cell: UVec3,
     /// Where its part starts, in lengths of the direction.
     pub(crate) start: f32,
+    /// Whether it is the back of the surface, by the winding of the mesh, that is seen; never where
+    /// [`DirectedField::knows_sides`] says no.
+    pub back: bool,
 }
 
 impl FieldHit {
@@ -98,6 +102,9 @@ impl FieldHit {
         self.cell.x | self.cell.y << 9 | self.cell.z << 18
     }
 }
+
+/// Rays that leave a surface start within so many times the 95th percentile of the error across it.
+const SKIN: f32 = 3.0;
 
 /// The cell of a number.
 pub(crate) fn cell_of_number(number: u32) -> UVec3 {
@@ -111,6 +118,7 @@ fn of_seed(hit: &UnitHit, length: f32) -> FieldHit {
         least_logit: hit.logit,
         cell: UVec3::ZERO,
         start: hit.start / length,
+        back: false,
     }
 }
 
@@ -118,7 +126,7 @@ impl DirectedField {
     pub(crate) fn new(fast: FastField, unit: UnitSpace) -> DirectedField {
         let r = fast.shape.resolution;
         let grid_scale = unit.scale * UnitSpace::cells_per_unit(r);
-        let grid_offset = unit_to_grid(unit.to_unit(Vec3::ZERO), r);
+        let grid_offset = unit_to_grid(Vec3::ZERO, r);
         DirectedField {
             form: Form::Fast(Box::new(fast)),
             unit,
@@ -136,7 +144,7 @@ impl DirectedField {
             form: Form::Seed(Box::new(network)),
             unit,
             grid_scale: unit.scale,
-            grid_offset: unit.to_unit(Vec3::ZERO),
+            grid_offset: Vec3::ZERO,
             error: MeasuredError::default(),
             provenance: Provenance::default(),
         }
@@ -149,6 +157,13 @@ impl DirectedField {
             Form::Fast(fast) => FieldShape::Fast(fast.shape.clone()),
             Form::Seed(network) => FieldShape::Seed(network.shape()),
         }
+    }
+
+    /// Whether front and back of the surface are told apart, as light that is refracted needs it. Fields that were
+    /// trained from samples, and those of the seed's network, were never told.
+    #[must_use]
+    pub fn knows_sides(&self) -> bool {
+        matches!(&self.form, Form::Fast(fast) if fast.sides)
     }
 
     /// The length below which the field tells nothing apart, in units: a cell of the fast field; for the seed's network as
@@ -231,9 +246,11 @@ impl DirectedField {
     fn to_grid(&self, x: Vec3, omega: Vec3, t_max: f32) -> Option<(GridRay, f32)> {
         let direction = omega * self.grid_scale;
         let length = direction.length();
-        let origin = x * self.grid_scale + self.grid_offset;
+        let origin = (x - Vec3::from(self.unit.center)) * self.grid_scale + self.grid_offset;
         let usable = length > 0.0 && length.is_finite() && origin.is_finite() && t_max > 0.0;
-        usable.then(|| (GridRay { origin, direction: direction / length, t_max: t_max * length }, length))
+        let skin = SKIN * self.error.across_p95 * self.grid_scale / self.unit.scale;
+        usable
+            .then(|| (GridRay { origin, direction: direction / length, t_max: t_max * length, skin }, length))
     }
 
     /// φ(x, ω) where 0 < φ ≤ `t_max`; distances count in lengths of ω. `None` means that nothing is seen, which is also
@@ -258,6 +275,7 @@ impl DirectedField {
                     least_logit: hit.least_logit,
                     cell: hit.cell,
                     start: hit.start / length,
+                    back: hit.back,
                 });
                 (hit, least)
             }

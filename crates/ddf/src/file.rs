@@ -29,6 +29,9 @@ use crate::grid::{Cells, Level};
 use crate::seed::{SeedNetwork, SeedShape};
 use crate::unit::UnitSpace;
 
+/// The Chamfer distance × 10³ of a field that has no surface: twice the square of the sphere's diameter.
+pub(crate) const MOST_CHAMFER_E3: f32 = 8000.0;
+
 /// The version of field files that is written and read.
 pub const FIELD_VERSION: u32 = 1;
 
@@ -42,6 +45,9 @@ struct Header {
     shape: FastShape,
     unit: UnitSpace,
     scales: Vec<f32>,
+    /// Whether the sides of the surface were learned; older files know none.
+    #[serde(default)]
+    sides: bool,
     error: MeasuredError,
     provenance: Provenance,
 }
@@ -95,6 +101,7 @@ impl DirectedField {
             shape: fast.shape.clone(),
             unit: self.unit(),
             scales: fast.scales.clone(),
+            sides: fast.sides,
             error: self.error,
             provenance: self.provenance.clone(),
         };
@@ -201,8 +208,10 @@ fn decode(bytes: &[u8]) -> Result<DirectedField, Story> {
         let table = tensor(&tensors, &name, Dtype::I16, &[count, header.shape.features])?;
         tables.push(table.as_chunks::<2>().0.iter().map(|bytes| i16::from_le_bytes(*bytes)).collect());
     }
-    let mut field =
-        DirectedField::new(FastField::new(header.shape, cells, tables, header.scales, network), header.unit);
+    no_others(&tensors, 2 + tables.len())?;
+    let mut fast = FastField::new(header.shape, cells, tables, header.scales, network);
+    fast.sides = header.sides;
+    let mut field = DirectedField::new(fast, header.unit);
     field.error = header.error;
     field.provenance = header.provenance;
     Ok(field)
@@ -219,6 +228,7 @@ fn decode_seed(text: &str, tensors: &SafeTensors<'_>) -> Result<DirectedField, S
         let layer = tensor(tensors, &name, Dtype::F32, &[length])?;
         values.push(numbers(layer, &format!("a layer {number}"))?);
     }
+    no_others(tensors, values.len())?;
     let mut field = DirectedField::of_seed(SeedNetwork::from_values(&header.shape, values), header.unit);
     field.error = header.error;
     field.provenance = header.provenance;
@@ -227,15 +237,37 @@ fn decode_seed(text: &str, tensors: &SafeTensors<'_>) -> Result<DirectedField, S
 
 /// Whether space and errors are such.
 fn check(unit: &UnitSpace, e: &MeasuredError) -> Result<(), Story> {
-    if !(unit.scale > 0.0 && unit.scale.is_finite() && unit.center.iter().all(|v| v.is_finite())) {
-        let found = format!("bounds that are no bounds: center {:?}, scale {}", unit.center, unit.scale);
-        return Err((found, AGAIN));
+    unit.check().map_err(|problem| (format!("bounds that cannot be: {problem}"), AGAIN))?;
+    // Nothing in the unit sphere, and nothing that starts at its bounds, is farther off than this.
+    let far = 4.0;
+    let bounds = [
+        ("depth_mean", e.depth_mean, far),
+        ("depth_p95", e.depth_p95, far),
+        ("across_p95", e.across_p95, far),
+        ("visibility", e.visibility, 1.0),
+        ("normal_mean_degrees", e.normal_mean_degrees, 180.0),
+        ("chamfer_e3", e.chamfer_e3, MOST_CHAMFER_E3),
+    ];
+    match bounds.into_iter().find(|&(_, value, most)| !(0.0..=most).contains(&value)) {
+        Some((name, value, most)) => {
+            Err((format!("a measured error `{name}` of {value}, where 0 to {most} is possible"), AGAIN))
+        }
+        None => Ok(()),
     }
-    let errors = [e.depth_mean, e.depth_p95, e.across_p95, e.visibility, e.normal_mean_degrees, e.chamfer_e3];
-    if errors.iter().any(|v| !v.is_finite() || *v < 0.0) {
-        return Err(("measured errors that are negative or not finite".into(), AGAIN));
+}
+
+/// No tensors beside those that the header asks for.
+fn no_others(tensors: &SafeTensors<'_>, wanted: usize) -> Result<(), Story> {
+    if tensors.len() == wanted {
+        return Ok(());
     }
-    Ok(())
+    let mut names = tensors.names();
+    names.sort_unstable();
+    names.truncate(12);
+    Err((
+        format!("{} tensors ({}), where the header asks for {wanted}", tensors.len(), names.join(", ")),
+        AGAIN,
+    ))
 }
 
 /// Little-endian numbers, all finite.

@@ -28,7 +28,7 @@ pub use file::FIELD_VERSION;
 pub use halflight_trace::FallbackCounts;
 pub use measure::{
     Cloud, CloudDistance, Evaluation, F_SCORE_THRESHOLD, RayErrors, chamfer_e3, compare_clouds, evaluate,
-    field_points, mesh_points, mesh_seen_points, seen_points,
+    evaluate_while, field_points, field_points_while, mesh_points, mesh_seen_points, seen_points,
 };
 pub use samples::{FieldSample, Inside, SAMPLES_VERSION, SampleScheme, draw_samples};
 pub use seed::{SeedNetwork, SeedOptions, SeedSchedule, SeedShape, SeedTrainer};

@@ -17,6 +17,8 @@ use crate::field::{DirectedField, FieldHit, cell_of_number};
 const OF_MESH: u32 = 1 << 31;
 /// Bit that says that the whole mesh was asked.
 const FELL_BACK: u32 = 1 << 30;
+/// Bit that says that the field sees the back of its surface.
+const BACK: u32 = 1 << 29;
 
 /// A field that answers rays, with or without a mesh to fall back to.
 #[derive(Clone, Debug)]
@@ -113,7 +115,8 @@ impl FieldTracer {
 }
 
 fn local(hit: &FieldHit) -> LocalHit {
-    LocalHit { t: hit.distance, primitive: hit.cell_number(), u: hit.start, v: hit.logit }
+    let back = if hit.back { BACK } else { 0 };
+    LocalHit { t: hit.distance, primitive: hit.cell_number() | back, u: hit.start, v: hit.logit }
 }
 
 impl RayGeometry for FieldTracer {
@@ -155,8 +158,11 @@ impl RayGeometry for FieldTracer {
             least_logit: hit.v,
             cell: cell_of_number(hit.primitive),
             start: hit.u,
+            back: hit.primitive & BACK != 0,
         };
-        let normal = self.field.normal(ray.origin, ray.direction, &field_hit);
+        // Towards the front, as a mesh has it.
+        let facing = self.field.normal(ray.origin, ray.direction, &field_hit);
+        let normal = if field_hit.back { -facing } else { facing };
         let position = ray.at(hit.t);
         LocalSurface {
             position,

@@ -33,6 +33,30 @@ impl UnitSpace {
             .then_some(UnitSpace { center: center.to_array(), scale })
     }
 
+    /// What is wrong with the numbers, as a sentence.
+    ///
+    /// # Errors
+    /// If they are not finite, or so large or small that lengths of directions leave the range of single precision.
+    pub fn check(&self) -> Result<(), String> {
+        let center = Vec3::from(self.center);
+        let radius = self.scale.recip();
+        if !center.is_finite() || !(1e-15..=1e15).contains(&radius) || center.abs().max_element() > 1e15 {
+            return Err(format!(
+                "a sphere of radius {radius:e} about {:?} holds it, where radii from 1e-15 to 1e15 and centers up to 1e15 are \
+                 possible",
+                self.center
+            ));
+        }
+        Ok(())
+    }
+
+    /// How far coordinates are rounded where the object stands, as a part of its radius: large where it is small and far
+    /// from the origin.
+    #[must_use]
+    pub fn rounding(&self) -> f32 {
+        0.5 * f32::EPSILON * (Vec3::from(self.center).abs().max_element() * self.scale + 1.0)
+    }
+
     /// A point of the object in the unit sphere.
     #[inline]
     #[must_use]

@@ -41,20 +41,21 @@ transform = {{ rotate_degrees = [-90, 0, 0] }}
     Scene::load(&path, &LoadOptions::default()).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// Brightness of the floor just in front of what stands above it.
-fn floor(scene: &Scene, mut technique: impl Technique) -> f32 {
+/// Brightness of the floor just in front of what stands above it, and of the front of that.
+fn seen(scene: &Scene, mut technique: impl Technique) -> [f32; 2] {
     technique.prepare(scene, &Quiet).unwrap();
     let mut film = Film::new(48, 32);
     let budget = Budget { samples: Some(4), ..Budget::default() };
     technique.render(&scene.at(0.0).unwrap(), &mut film, &budget, &Quiet).unwrap();
     let image = film.image();
-    let mut sum = 0.0;
-    for y in 22..25 {
-        for x in 20..28 {
-            sum += image.pixels[y * 48 + x][1] / 24.0;
-        }
-    }
-    sum
+    [22..25, 10..13].map(|rows| {
+        let pixels = rows.flat_map(|y| (20..28).map(move |x| y * 48 + x));
+        pixels.map(|i| image.pixels[i][1] / 24.0).sum()
+    })
+}
+
+fn floor(scene: &Scene, technique: impl Technique) -> f32 {
+    seen(scene, technique)[0]
 }
 
 #[test]
@@ -78,6 +79,16 @@ fn a_field_hides_light_from_the_floor_below_it_as_its_mesh_does() {
     let prt = PrtSettings { rays: 128, subdivisions: 2, ..PrtSettings::default() };
     let [field, mesh, none] = all(&|scene| floor(scene, Prt::new(prt.clone())));
     assert!(mesh < 0.85 * none && (field - mesh).abs() < 0.03 * none, "prt: {field} {mesh} {none}");
+    // The field itself, whose transfer is worked out at the pixels that see it, diffuse and in a lobe.
+    let shining = "[material.shining]\ntype = \"phong\"\ndiffuse = [0.3, 0.3, 0.3]\nspecular = [0.4, 0.4, 0.4]\nexponent = 8\n";
+    for (name, more) in [("grey", ""), ("shining", shining)] {
+        let [field, mesh] = [&of_field, &of_mesh].map(|shape| {
+            let shape = shape.replace("grey", name);
+            let [_, front] = seen(&scene(folder.path(), &format!("{more}{shape}")), Prt::new(prt.clone()));
+            front
+        });
+        assert!(mesh > 0.1 && (field / mesh - 1.0).abs() < 0.04, "{name}: {field} {mesh}");
+    }
     let shexp = ShexpSettings { spheres: 8, ..ShexpSettings::DEFAULT };
     let [field, mesh, none] = all(&|scene| floor(scene, Shexp::new(shexp)));
     assert!(mesh < 0.85 * none && (field - mesh).abs() < 0.05 * none, "shexp: {field} {mesh} {none}");

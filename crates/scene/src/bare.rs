@@ -233,6 +233,7 @@ fn field(path: &Path, material: Option<MaterialEntry>, builder: &mut Builder) ->
         None => builder.add_material(clay()),
     };
     let name = path.file_stem().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    builder.field_notices(&name, &shape, index);
     let exposure_ev = exposure(&builder.materials[index as usize]).min(0.0);
     let object = Object {
         name,

@@ -11,10 +11,9 @@ use halflight_shape::{RestSurface, TriangleMesh};
 use crate::build::Form;
 use crate::scene::Scene;
 
-/// Posts along each side of the grid of distances through which the surface of a learned field is found, and directions
-/// at each: a step is a fortieth of the object, below what sphere sets resolve.
+/// Posts along each side of the grid of distances through which the surface of a learned field is found: a step is a
+/// fortieth of the object, below what sphere sets resolve.
 const FIELD_POSTS: u32 = 48;
-const FIELD_DIRECTIONS: usize = 24;
 
 /// Where an object of the scene is in a frame.
 #[derive(Clone, Debug)]
@@ -42,7 +41,7 @@ impl Scene {
             }
             Form::Model(model) => Some(model.model().rest_surface()),
             Form::Field(shape) => {
-                let mesh = shape.tracer.field().solid(FIELD_POSTS, FIELD_DIRECTIONS);
+                let mesh = shape.tracer.field().solid(FIELD_POSTS);
                 let name = self.objects[object].name.clone();
                 (!mesh.triangles.is_empty()).then_some(RestSurface { name, mesh, influences: Vec::new() })
             }

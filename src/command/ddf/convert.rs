@@ -1,8 +1,8 @@
 //! `halflight ddf mesh` and `halflight ddf samples`.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::time::Instant;
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
 
 use clap::{Args, ValueEnum};
 use halflight_ddf::{DirectedField, FieldSample, SampleScheme, UnitSpace, draw_samples, mesh_hash};
@@ -13,7 +13,7 @@ use serde_json::json;
 use super::super::console::Console;
 use super::super::failure::Failure;
 use super::super::parse::positive;
-use super::super::{output, words};
+use super::super::{interrupt, output, words};
 
 #[derive(Args, Debug)]
 pub(super) struct MeshArgs {
@@ -25,9 +25,9 @@ pub(super) struct MeshArgs {
     /// Posts along each side of the grid of distances
     #[arg(long, value_name = "N", default_value_t = 96, value_parser = clap::value_parser!(u32).range(8..=512))]
     posts: u32,
-    /// Directions over which the least distance is sought
-    #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(6..=4096))]
-    directions: u32,
+    /// Take the least distance over so many directions at each post [002 eq. 5], not that to points of the surface
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(6..=4096))]
+    directions: Option<u32>,
     /// Distance of the shell from the surface, in steps of the grid
     #[arg(long, value_name = "STEPS", value_parser = positive, default_value_t = 0.8)]
     shell: f64,
@@ -47,13 +47,23 @@ pub(super) fn mesh(args: &MeshArgs, console: Console) -> Result<(), Failure> {
     output::check_writable(&args.output)?;
     let field = DirectedField::load(&args.field)?;
     let start = Instant::now();
-    // Spheres fill a body: they are fitted to the solid, as everywhere else.
-    let mesh = if kind == "ply" {
-        let grid = field.distance_grid(args.posts, args.directions as usize);
-        grid.surface(args.shell as f32 * grid.step)
-    } else {
-        field.solid(args.posts, args.directions as usize)
+    interrupt::listen();
+    let shown = Mutex::new(Instant::now());
+    let go_on = |part: f32| {
+        if let Ok(mut shown) = shown.try_lock()
+            && shown.elapsed() > Duration::from_secs(2)
+        {
+            *shown = Instant::now();
+            super::tell(console, "distances", part);
+        }
+        !interrupt::is_asked_to_stop()
     };
+    let grid = match args.directions {
+        Some(directions) => field.distance_grid(args.posts, directions as usize),
+        None => field.surface_grid(args.posts, &go_on).ok_or(Failure::Interrupted)?,
+    };
+    // Spheres fill a body: they are fitted to the solid, as everywhere else.
+    let mesh = if kind == "ply" { grid.surface(args.shell as f32 * grid.step) } else { grid.solid() };
     if mesh.triangles.is_empty() {
         return Err(Failure::failed(format!(
             "{}: the field has no surface that the grid sees",
@@ -91,16 +101,16 @@ pub(super) struct SamplesArgs {
     #[arg(long, value_enum, default_value_t)]
     scheme: Scheme,
     /// Points on each face (surface)
-    #[arg(long, value_name = "N", default_value_t = 2)]
+    #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..))]
     faces: u32,
     /// Directions from each point (surface)
-    #[arg(long, value_name = "N", default_value_t = 4)]
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..))]
     directions: u32,
     /// Points along each ray (surface)
-    #[arg(long, value_name = "N", default_value_t = 4)]
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..))]
     marching: u32,
     /// How many samples (random, pov)
-    #[arg(long, value_name = "N", default_value_t = 1_000_000)]
+    #[arg(long, value_name = "N", default_value_t = 1_000_000, value_parser = clap::value_parser!(u32).range(1..))]
     count: u32,
     /// Seed of all random numbers
     #[arg(long, value_name = "N", default_value_t = 1)]

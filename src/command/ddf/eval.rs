@@ -1,33 +1,46 @@
 //! `halflight ddf eval`.
 
+use std::cell::Cell;
 use std::path::Path;
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
-use halflight_ddf::{DirectedField, F_SCORE_THRESHOLD, RayErrors, evaluate, mesh_hash};
+use halflight_ddf::{DirectedField, F_SCORE_THRESHOLD, RayErrors, evaluate_while};
 use serde_json::json;
 
 use super::super::console::Console;
 use super::super::failure::Failure;
 use super::super::info::field as line;
 use super::super::table::Table;
-use super::super::words;
+use super::super::{interrupt, words};
+
+/// A figure, or a dash where there was nothing to measure.
+fn of(count: usize, figure: String) -> String {
+    if count == 0 { "–".into() } else { figure }
+}
+
+/// How long a field was trained; a training of so many steps keeps no time, so that its file is the same each time.
+fn training(steps: u64, seconds: f64) -> String {
+    let steps = words::count(steps as f64, "step");
+    if seconds > 0.0 { format!("{steps}, {}", words::seconds(seconds)) } else { steps }
+}
 
 pub(super) fn run(path: &Path, mesh_path: &Path, points: usize, console: Console) -> Result<(), Failure> {
     let field = DirectedField::load(path)?;
     let mesh = super::load_mesh(mesh_path, console)?;
-    if mesh_hash(&mesh) != field.provenance.source_hash {
-        console.warn(&format!(
-            "{} is not the mesh that {} was learned from ({}, {} triangles)",
-            mesh_path.display(),
-            path.display(),
-            field.provenance.source,
-            field.provenance.source_triangles
-        ));
-    }
+    super::warn_of_other_mesh((path, &field), (mesh_path, &mesh), console);
     let unit_mesh = Arc::new(field.unit().mesh_to_unit(&mesh));
     let start = Instant::now();
-    let found = evaluate(&field, &unit_mesh, points, 1);
+    interrupt::listen();
+    let shown = Cell::new(Instant::now());
+    let go_on = |part: f32| {
+        if shown.get().elapsed() > Duration::from_secs(5) {
+            shown.set(Instant::now());
+            super::tell(console, "measured", part);
+        }
+        !interrupt::is_asked_to_stop()
+    };
+    let found = evaluate_while(&field, &unit_mesh, points, 1, &go_on).ok_or(Failure::Interrupted)?;
     let seconds = start.elapsed().as_secs_f64();
     let bytes = std::fs::metadata(path).map(|m| m.len()).unwrap_or(0);
     let figure = words::figure;
@@ -68,7 +81,7 @@ pub(super) fn run(path: &Path, mesh_path: &Path, points: usize, console: Console
         ),
     );
     let from = &field.provenance;
-    line(&mut text, "training", format!("{} steps, {}", from.steps, words::seconds(from.seconds)));
+    line(&mut text, "training", training(from.steps, from.seconds));
     let mut table = Table::new([
         "rays",
         "right",
@@ -86,11 +99,11 @@ pub(super) fn run(path: &Path, mesh_path: &Path, points: usize, console: Console
             format!("{:.2} %", 100.0 * errors.visibility),
             format!("{:.2} %", 100.0 * errors.lost),
             format!("{:.2} %", 100.0 * errors.invented),
-            figure(errors.depth_mean),
-            figure(errors.depth_median),
-            figure(errors.depth_p95),
-            format!("{:.1}°", errors.normal_mean_degrees),
-            format!("{:.1}°", errors.normal_median_degrees),
+            of(errors.hits, figure(errors.depth_mean)),
+            of(errors.hits, figure(errors.depth_median)),
+            of(errors.hits, figure(errors.depth_p95)),
+            of(errors.normals, format!("{:.1}°", errors.normal_mean_degrees)),
+            of(errors.normals, format!("{:.1}°", errors.normal_median_degrees)),
         ]);
     }
     text += &table.to_text();
@@ -99,7 +112,7 @@ pub(super) fn run(path: &Path, mesh_path: &Path, points: usize, console: Console
         json!({
             "visibility": e.visibility, "lost": e.lost, "invented": e.invented, "depth_mean": e.depth_mean,
             "depth_median": e.depth_median, "depth_p95": e.depth_p95, "across_p95": e.across_p95,
-            "normal_mean_degrees": e.normal_mean_degrees, "normal_median_degrees": e.normal_median_degrees,
+            "normal_mean_degrees": e.normal_mean_degrees, "normal_median_degrees": e.normal_median_degrees, "hits": e.hits, "normals": e.normals,
         })
     };
     console.event(

@@ -13,9 +13,11 @@ pub(crate) use sheet::radiance;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
+use halflight_ddf::{DirectedField, mesh_hash};
 use halflight_shape::{TriangleMesh, load_model};
+use serde_json::json;
 
-use super::console::Console;
+use super::console::{Console, ProgressStyle};
 use super::failure::Failure;
 
 #[derive(Args, Debug)]
@@ -56,6 +58,29 @@ pub(crate) fn run(args: &DdfArgs, console: Console) -> Result<(), Failure> {
         Action::Mesh(args) => convert::mesh(args, console),
         Action::Samples(args) => convert::samples(args, console),
         Action::Ablate(args) => ablate::run(args, console),
+    }
+}
+
+/// How far something is that takes long, in whichever form progress is wanted.
+fn tell(console: Console, what: &str, part: f32) {
+    match console.progress_style() {
+        ProgressStyle::None => {}
+        ProgressStyle::Json => console.event("progress", json!({ "what": what, "fraction": part })),
+        _ => console.note(&format!("{what}: {:.0} %", 100.0 * part)),
+    }
+}
+
+/// Says so if a mesh is another than a field was learned from.
+fn warn_of_other_mesh(field: (&Path, &DirectedField), mesh: (&Path, &TriangleMesh), console: Console) {
+    let from = &field.1.provenance;
+    if !from.source_hash.is_empty() && mesh_hash(mesh.1) != from.source_hash {
+        console.warn(&format!(
+            "{} is not the mesh that {} was learned from ({}, {} triangles)",
+            mesh.0.display(),
+            field.0.display(),
+            from.source,
+            from.source_triangles
+        ));
     }
 }
 

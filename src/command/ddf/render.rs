@@ -76,6 +76,11 @@ pub(super) struct Seen {
 pub(super) fn run(args: &RenderFieldArgs, console: Console) -> Result<(), Failure> {
     args.machine.apply()?;
     output::check_writable(&args.output)?;
+    if args.mesh.is_none() && args.show == Show::Difference {
+        return Err(Failure::usage(
+            "`--show difference` needs the mesh that the field is held against: halflight ddf render FIELD MESH --show difference",
+        ));
+    }
     if let (Some(sheet), Some(mesh)) = (args.sheet, &args.mesh) {
         let also = args.also.chunks_exact(2).map(|pair| (pair[0].clone(), pair[1].clone()));
         let pairs: Vec<(PathBuf, PathBuf)> =
@@ -89,7 +94,11 @@ pub(super) fn run(args: &RenderFieldArgs, console: Console) -> Result<(), Failur
     field.set_simd(args.machine.simd()?);
     let field = Arc::new(field);
     let mesh = match &args.mesh {
-        Some(path) => Some(Arc::new(MeshTracer::build(Arc::new(super::load_mesh(path, console)?)))),
+        Some(path) => {
+            let mesh = super::load_mesh(path, console)?;
+            super::warn_of_other_mesh((&args.field, &field), (path, &mesh), console);
+            Some(Arc::new(MeshTracer::build(Arc::new(mesh))))
+        }
         None => None,
     };
     let tracer = match &mesh {

@@ -60,9 +60,11 @@ pub(super) fn save(
     let mut panels = Panels { side: side as usize, columns: ANGLES, list: Vec::new() };
     let mut loaded = Vec::new();
     for (field, mesh) in pairs {
+        let (learned, known) = (DirectedField::load(field)?, super::load_mesh(mesh, console)?);
+        super::warn_of_other_mesh((field, &learned), (mesh, &known), console);
         loaded.push(Pair {
-            field: FieldTracer::new(Arc::new(DirectedField::load(field)?)),
-            mesh: Arc::new(MeshTracer::build(Arc::new(super::load_mesh(mesh, console)?))),
+            field: FieldTracer::new(Arc::new(learned)),
+            mesh: Arc::new(MeshTracer::build(Arc::new(known))),
         });
     }
     for pair in &loaded {

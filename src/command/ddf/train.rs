@@ -1,14 +1,16 @@
 //! `halflight ddf train`.
 
+use std::cell::Cell;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use clap::Args;
 use halflight_ddf::{
-    Cloud, FastShape, FieldSample, Provenance, TrainOptions, chamfer_e3, evaluate, field_points, mesh_hash,
-    mesh_points,
+    Cloud, DirectedField, Evaluation, FastShape, FieldSample, Provenance, TrainOptions, UnitSpace,
+    chamfer_e3, evaluate, evaluate_while, field_points, mesh_hash, mesh_points,
 };
 use halflight_file::extension;
+use halflight_shape::TriangleMesh;
 use indicatif::{ProgressBar, ProgressStyle as BarStyle};
 use serde_json::json;
 
@@ -30,20 +32,20 @@ pub(super) struct TrainArgs {
     #[arg(long, value_name = "SECONDS", value_parser = positive)]
     seconds: Option<f64>,
     /// Train for so many steps: the result depends on nothing but the mesh, the options and the seed
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     steps: Option<u64>,
     /// Stop when the Chamfer distance × 10³ is estimated to be at most this
     #[arg(long, value_name = "CHAMFER", value_parser = positive)]
     target: Option<f64>,
-    /// Cells along the bounding cube; more is sharper and larger
-    #[arg(long, value_name = "N", default_value_t = FastShape::default().resolution)]
-    resolution: u32,
+    /// Cells along the bounding cube; more is sharper and larger [default: 128]
+    #[arg(long, value_name = "N")]
+    resolution: Option<u32>,
     /// Which network learns
     #[arg(long, value_enum, default_value_t)]
     network: Network,
-    /// The rates of the seed's network
-    #[arg(long, value_enum, default_value_t)]
-    schedule: Schedule,
+    /// The rates of the seed's network [default: ours]
+    #[arg(long, value_enum)]
+    schedule: Option<Schedule>,
     /// Learn from the samples of this file, which `halflight ddf samples` wrote of this mesh
     #[arg(long, value_name = "FILE")]
     samples: Option<PathBuf>,
@@ -74,11 +76,24 @@ pub(super) fn run(args: &TrainArgs, console: Console) -> Result<(), Failure> {
     if extension(&path) != "ddf" {
         return Err(Failure::usage(format!("cannot write {}: fields are .ddf files", path.display())));
     }
+    if args.network == Network::Fast && args.schedule.is_some() {
+        return Err(Failure::usage(
+            "`--schedule` is that of `--network seed`: the fast network has one of its own",
+        ));
+    }
+    if args.network == Network::Seed && args.resolution.is_some() {
+        return Err(Failure::usage(
+            "`--resolution` is that of the fast network: `--network seed` has no cells",
+        ));
+    }
     output::check_writable(&path)?;
     let begun = Instant::now();
     let mesh = super::load_mesh(&args.mesh, console)?;
     let options = TrainOptions {
-        shape: FastShape { resolution: args.resolution, ..FastShape::default() },
+        shape: FastShape {
+            resolution: args.resolution.unwrap_or(FastShape::default().resolution),
+            ..FastShape::default()
+        },
         seed: args.seed,
         ..TrainOptions::default()
     };
@@ -90,7 +105,12 @@ pub(super) fn run(args: &TrainArgs, console: Console) -> Result<(), Failure> {
         Some(path) => Some(FieldSample::load(path, &mesh_hash(&mesh))?),
         None => None,
     };
-    let mut trainer = Learner::new(&mesh, samples, args.network, args.schedule, options).map_err(name)?;
+    if args.network == Network::Seed && samples.is_none() {
+        console.note("drawing about a million samples to learn from");
+    }
+    warn_of_rounding(&mesh, &args.mesh, console);
+    let schedule = args.schedule.unwrap_or_default();
+    let mut trainer = Learner::new(&mesh, samples, args.network, schedule, options).map_err(name)?;
     if args.resume
         && let Some(path) = args.checkpoint.as_deref().filter(|path| path.exists())
     {
@@ -119,7 +139,8 @@ pub(super) fn run(args: &TrainArgs, console: Console) -> Result<(), Failure> {
         seconds: if args.steps.is_some() { 0.0 } else { begun.elapsed().as_secs_f64() },
         seed: args.seed,
     };
-    let measured = evaluate(&field, trainer.unit_mesh(), 30_000, 1);
+    let measured = measure(&field, &trainer, stopped, console);
+    stopped |= interrupt::is_asked_to_stop();
     field.error = measured.measured();
     field.save(&path)?;
     let size = std::fs::metadata(&path).map(|m| m.len()).unwrap_or(0);
@@ -142,6 +163,37 @@ pub(super) fn run(args: &TrainArgs, console: Console) -> Result<(), Failure> {
         }),
     );
     if stopped { Err(Failure::Interrupted) } else { Ok(()) }
+}
+
+/// Errors of a field, of fewer rays if there is no time for more.
+fn measure(field: &DirectedField, trainer: &Learner, stopped: bool, console: Console) -> Evaluation {
+    let shown = Cell::new(Instant::now());
+    let go_on = |part: f32| {
+        if shown.get().elapsed() > Duration::from_secs(5) {
+            shown.set(Instant::now());
+            super::tell(console, "trained; measured", part);
+        }
+        !interrupt::is_asked_to_stop()
+    };
+    let whole = if stopped { None } else { evaluate_while(field, trainer.unit_mesh(), 30_000, 1, &go_on) };
+    whole.unwrap_or_else(|| {
+        let few = if field.prefers_many() { 1_000 } else { 30_000 };
+        evaluate(field, trainer.unit_mesh(), few, 1)
+    })
+}
+
+/// Says so where coordinates are rounded so much that it shows.
+fn warn_of_rounding(mesh: &TriangleMesh, path: &Path, console: Console) {
+    let Some(rounding) = UnitSpace::of_mesh(mesh).map(|unit| unit.rounding()).filter(|&part| part > 1e-4)
+    else {
+        return;
+    };
+    console.warn(&format!(
+        "{}: it stands so far from the origin for its size that its coordinates are rounded to {} of its radius; move it to \
+         the origin, and place it with a transform",
+        path.display(),
+        words::figure(f64::from(rounding))
+    ));
 }
 
 /// When to stop, what to show, when to save.

@@ -29,6 +29,8 @@ pub(crate) struct FastField {
     pub(crate) tables: Vec<Vec<i16>>,
     pub(crate) scales: Vec<f32>,
     pub(crate) network: Vec<f32>,
+    /// Whether the sides of the surface were learned.
+    pub(crate) sides: bool,
     arch: pulp::Arch,
 }
 
@@ -45,7 +47,12 @@ pub(crate) struct GridHit {
     pub(crate) logit: f32,
     /// The logit nearest to 0 among the cells that were passed, with this one.
     pub(crate) least_logit: f32,
+    /// Whether the back of the surface is seen.
+    pub(crate) back: bool,
 }
+
+/// Backs farther along a ray than this are not those of the surface that it leaves, in cells.
+const MOST_SKIN: f32 = 1.0;
 
 /// A ray in grid space.
 #[derive(Clone, Copy, Debug)]
@@ -53,6 +60,8 @@ pub(crate) struct GridRay {
     pub(crate) origin: Vec3,
     pub(crate) direction: Vec3,
     pub(crate) t_max: f32,
+    /// How far from the surface a ray may start that leaves it, in cells: see [`March::is_own_skin`].
+    pub(crate) skin: f32,
 }
 
 /// The part of a ray in a cell. `None` where the ray ends before it.
@@ -109,27 +118,42 @@ impl March<'_> {
         // A hit behind the end of its cell is the next cell's to answer, if that sees it.
         let mut pending: Option<GridHit> = None;
         let found = field.cells.walk(ray.origin, ray.direction, 0.0, ray.t_max, |chord| {
-            let Some((part, start)) = part_of(&ray, &chord, field.shape.margin) else {
+            let Some((mut part, mut start)) = part_of(&ray, &chord, field.shape.margin) else {
                 return ControlFlow::Break(pending);
             };
             if pending.is_some_and(|hit| chord.enter > hit.t) {
                 return ControlFlow::Break(pending);
             }
-            let said = answer::<S, FUSED, F, [i16]>(
-                simd,
-                &field.shape,
-                &field.levels,
-                tables,
-                &field.scales,
-                &field.network,
-                &part,
-            );
+            let ask = |part: &Part| {
+                answer::<S, FUSED, F, [i16]>(
+                    simd,
+                    &field.shape,
+                    &field.levels,
+                    tables,
+                    &field.scales,
+                    &field.network,
+                    part,
+                )
+            };
+            let mut said = ask(&part);
+            // On behind the surface, where the same cell may hold another.
+            while start < MOST_SKIN && self.is_own_skin(&part, start, &said) {
+                let by = said.distance.max(0.0) + 0.5 * ray.skin;
+                start += by;
+                part.start += ray.direction * by;
+                part.length -= by;
+                if part.length <= 0.0 {
+                    return ControlFlow::Continue(());
+                }
+                said = ask(&part);
+            }
             if said.logit.abs() < least.abs() {
                 least = said.logit;
             }
             if said.logit > 0.0 {
                 let t = start + said.distance.clamp(0.0, part.length);
-                let hit = GridHit { t, start, cell: chord.cell, logit: said.logit, least_logit: least };
+                let back = field.sides && said.side < 0.0;
+                let hit = GridHit { t, start, cell: chord.cell, logit: said.logit, least_logit: least, back };
                 if t > chord.leave && pending.is_none() {
                     pending = Some(hit);
                     return ControlFlow::Continue(());
@@ -143,6 +167,23 @@ impl March<'_> {
     }
 }
 
+impl March<'_> {
+    /// Whether a back that is met right at the start is that of the surface which the ray leaves: rays start where a field
+    /// that errs says that the surface is, off it by the error of most hits, and some start behind it. Those lie within
+    /// a few times that error of the back that they see.
+    fn is_own_skin(&self, part: &Part, start: f32, said: &Answer) -> bool {
+        let ray = &self.ray;
+        let seen_back = self.field.sides && said.logit > 0.0 && said.side < 0.0;
+        let at = start + said.distance;
+        if !seen_back || at > MOST_SKIN || ray.skin <= 0.0 {
+            return false;
+        }
+        let gradient = self.field.gradient(ray, part.cell, start).1;
+        let across = gradient.normalize_or(ray.direction).dot(ray.direction).abs();
+        at * across < ray.skin
+    }
+}
+
 impl FastField {
     pub(crate) fn new(
         shape: FastShape,
@@ -152,7 +193,7 @@ impl FastField {
         network: Vec<f32>,
     ) -> FastField {
         let levels = shape.levels.iter().map(|&shift| Level::new(&cells, shift)).collect();
-        FastField { shape, cells, levels, tables, scales, network, arch: pulp::Arch::new() }
+        FastField { shape, cells, levels, tables, scales, network, sides: false, arch: pulp::Arch::new() }
     }
 
     /// From what was learned, rounding features to 16 bits of the largest of each grid.

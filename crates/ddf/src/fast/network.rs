@@ -1,4 +1,5 @@
-//! The narrow network of the fast field: hidden layers, a logit of visibility, a distance in cells.
+//! The narrow network of the fast field: hidden layers, a logit of visibility, a distance in cells, a logit of the side
+//! that is seen.
 //!
 //! `Tile` runs and differentiates many parts at once for training; `answer` runs one for a query.
 
@@ -18,6 +19,9 @@ pub(crate) struct Answer {
     pub(crate) logit: f32,
     /// From the start of the part, in cells; meaningless where nothing is met.
     pub(crate) distance: f32,
+    /// Positive where the side that is seen is the front by the mesh's winding; meaningless where nothing is met, or
+    /// where sides were not learned.
+    pub(crate) side: f32,
 }
 
 /// (x + √(x² + b))/2, or max(x, 0).
@@ -60,6 +64,8 @@ pub(crate) struct LocalSample {
     pub(crate) weight: f32,
     /// A move of the part, and how the distance changes with it.
     pub(crate) slope: Slope,
+    /// 1 where the front is met, −1 where the back is, 0 where that is not known.
+    pub(crate) side: f32,
 }
 
 /// How the distance changes as a part is moved, where the normal is known: with n that of the surface and v the move of
@@ -99,6 +105,7 @@ pub(crate) struct Loss {
     pub(crate) distance: f64,
     pub(crate) slopes: f64,
     pub(crate) slope: f64,
+    pub(crate) side: f64,
 }
 
 impl std::ops::AddAssign for Loss {
@@ -110,6 +117,7 @@ impl std::ops::AddAssign for Loss {
         self.distance += other.distance;
         self.slopes += other.slopes;
         self.slope += other.slope;
+        self.side += other.side;
     }
 }
 
@@ -162,7 +170,7 @@ impl Tile {
 
     /// Adds the gradient of the loss of at most [`TILE`] samples.
     ///
-    /// Visibility: binary cross-entropy. Distance, where there is a hit: |error| · weight, rounded below `BEND`. Slope of the
+    /// Visibility: binary cross-entropy. Side, where there is a hit: the same, times `SIDE` and the weight. Distance, where there is a hit: |error| · weight, rounded below `BEND`. Slope of the
     /// distance along a move, where the normal is known: the same, rounded below `SLOPE_BEND`. `weights` are those of
     /// distance and slope.
     #[inline(always)]
@@ -196,6 +204,11 @@ impl Tile {
                 self.upper[index * OUTPUTS + 1] = distance_weight * sample.weight * slope;
                 loss.hits += 1.0;
                 loss.distance += f64::from(error.abs() * sample.weight);
+                if sample.side != 0.0 {
+                    let wrong = 1.0 / (1.0 + (sample.side * self.outputs[index * OUTPUTS + 2]).exp());
+                    self.upper[index * OUTPUTS + 2] = -SIDE * sample.weight * sample.side * wrong;
+                    loss.side -= f64::from(sample.weight * (1.0 - wrong).max(1e-9).ln());
+                }
             }
         }
         self.backward(simd, shape, transposed, &mut gradient.network);
@@ -338,6 +351,8 @@ impl Tile {
 const BEND: f32 = 0.01;
 /// The same of slopes: about three degrees.
 const SLOPE_BEND: f32 = 0.05;
+/// Weight of the side's cross-entropy against that of visibility.
+const SIDE: f32 = 0.5;
 
 #[inline(always)]
 fn layer_at<'a>(network: &'a [f32], at: &mut usize, rows: usize, columns: usize) -> (&'a [f32], &'a [f32]) {
@@ -408,7 +423,7 @@ fn layers<S: Simd>(
     let (w, bias) = layer_at(network, &mut at, width, OUTPUTS);
     let mut out = [0.0; OUTPUTS];
     row(simd, &below[..width], w, bias, OUTPUTS, &mut out);
-    Answer { logit: out[0], distance: out[1] }
+    Answer { logit: out[0], distance: out[1], side: out[2] }
 }
 
 /// The answer, and the derivative of the distance by the inputs.
@@ -487,7 +502,7 @@ mod tests {
                 let by = Move { start: other.direction(), length: other.float() };
                 let weight = if i % 2 == 0 { 0.8 } else { 0.0 };
                 let slope = Slope { by, change: other.float(), weight };
-                LocalSample { part, hit, weight: 0.7, slope }
+                LocalSample { part, hit, weight: 0.7, slope, side: (i % 3) as f32 - 1.0 }
             })
             .collect();
         (shape, levels, parameters, samples)
@@ -535,7 +550,10 @@ mod tests {
             };
             let total = |parameters: &Parameters| {
                 let loss = run(parameters).0;
-                loss.visibility + 2.0 * loss.distance + f64::from(slope_weight) * loss.slope
+                loss.visibility
+                    + 2.0 * loss.distance
+                    + f64::from(SIDE) * loss.side
+                    + f64::from(slope_weight) * loss.slope
             };
             let gradient = run(&parameters).1;
             let (mut good, mut all) = (0, 0);
@@ -587,6 +605,7 @@ mod tests {
                     );
                     assert!((one.logit - tile.outputs[index * OUTPUTS]).abs() < 1e-3);
                     assert!((one.distance - tile.outputs[index * OUTPUTS + 1]).abs() < 1e-3);
+                    assert!((one.side - tile.outputs[index * OUTPUTS + 2]).abs() < 1e-3);
                 }
             }
         }

@@ -45,7 +45,7 @@ pub(crate) const MOST_LEVELS: usize = 4;
 pub(crate) const MOST_POINTS: usize = 8;
 /// Widest input of the network.
 pub(crate) const MOST_INPUTS: usize = MOST_LEVELS * MOST_POINTS * 8 + 16;
-/// Columns of the output layer, of which two are used: products are 16 wide.
+/// Columns of the output layer, of which three are used: products are 16 wide.
 pub(crate) const OUTPUTS: usize = 16;
 
 impl FastShape {

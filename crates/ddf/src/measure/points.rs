@@ -45,6 +45,22 @@ impl Cloud {
         &self.points
     }
 
+    /// Those points that have at least a third as many others within a radius as is usual: a rim has half as many, a
+    /// corner of a sheet a quarter, and stays by its other points.
+    #[must_use]
+    pub fn without_loners(self, radius: f32) -> Cloud {
+        let count = |p: Vec3, most: usize| {
+            let mut found = 0;
+            count_within(&self.points, 0, p, radius * radius, most, &mut found);
+            found
+        };
+        let step = (self.points.len() / 2000).max(1);
+        let mut usual: Vec<usize> = self.points.iter().step_by(step).map(|&p| count(p, usize::MAX)).collect();
+        usual.sort_unstable();
+        let least = usual.get(usual.len() / 2).map_or(1, |&usual| usual.div_ceil(3)).max(2);
+        Cloud::new(self.points.par_iter().copied().filter(|&p| count(p, least) >= least).collect())
+    }
+
     /// Squared distance to the nearest point [002 eq. 15]; infinite if there is none.
     #[must_use]
     pub fn squared_distance(&self, to: Vec3) -> f32 {
@@ -92,6 +108,28 @@ fn search(points: &[Vec3], axis: usize, to: Vec3, best: &mut f32) {
     search(near, next, to, best);
     if aside * aside < *best {
         search(far, next, to, best);
+    }
+}
+
+/// Counts the points about one, itself with them, up to `most`.
+fn count_within(points: &[Vec3], axis: usize, about: Vec3, squared: f32, most: usize, found: &mut usize) {
+    if *found >= most {
+        return;
+    }
+    if points.len() <= LEAF {
+        *found += points.iter().filter(|p| p.distance_squared(about) <= squared).count();
+        return;
+    }
+    let middle = points.len() / 2;
+    let at = points[middle];
+    *found += usize::from(at.distance_squared(about) <= squared);
+    let aside = about[axis] - at[axis];
+    let next = (axis + 1) % 3;
+    if aside <= 0.0 || aside * aside <= squared {
+        count_within(&points[..middle], next, about, squared, most, found);
+    }
+    if aside >= 0.0 || aside * aside <= squared {
+        count_within(&points[middle + 1..], next, about, squared, most, found);
     }
 }
 

@@ -35,6 +35,17 @@ const SPARSE_NORMALS: usize = 16;
 /// hit the line goes on behind the surface by `skip`.
 #[must_use]
 pub fn field_points(field: &DirectedField, count: usize, seed: u64) -> Vec<Vec3> {
+    field_points_while(field, count, seed, &|_| true).unwrap_or_default()
+}
+
+/// The same for fields that take long: `go_on` is told how much is done, 0 to 1, and says whether to go on; `None` if
+/// it said no.
+pub fn field_points_while(
+    field: &DirectedField,
+    count: usize,
+    seed: u64,
+    go_on: &dyn Fn(f32) -> bool,
+) -> Option<Vec<Vec3>> {
     let unit = field.unit();
     let to_object = 1.0 / unit.scale;
     let cell = field.grain();
@@ -42,7 +53,9 @@ pub fn field_points(field: &DirectedField, count: usize, seed: u64) -> Vec<Vec3>
     let skip = 0.25 * cell;
     let mut points = Vec::with_capacity(count);
     let mut batch = 0;
-    while points.len() < count && batch * BATCH < count * MOST_LINES_PER_POINT {
+    // The few that a field of specks gives are not worth the wait.
+    let most = |found: usize| if found == 0 { 64 * BATCH } else { count * MOST_LINES_PER_POINT };
+    while points.len() < count && batch * BATCH < most(points.len()) {
         let lines: Vec<(Vec3, Vec3)> = (0..BATCH)
             .map(|index| uniform_line(&mut Random::new(seed, 12, (batch * BATCH + index) as u64)))
             .collect();
@@ -57,6 +70,9 @@ pub fn field_points(field: &DirectedField, count: usize, seed: u64) -> Vec<Vec3>
                     (unit.from_unit(origin + t * direction), direction * to_object)
                 })
                 .collect();
+            if !go_on(points.len() as f32 / count as f32) {
+                return None;
+            }
             let said = field.query_many(&asked);
             let mut next = Vec::new();
             for (&(index, t), (hit, _)) in going.iter().zip(said) {
@@ -72,7 +88,7 @@ pub fn field_points(field: &DirectedField, count: usize, seed: u64) -> Vec<Vec3>
         batch += 1;
     }
     points.truncate(count);
-    points
+    Some(points)
 }
 
 /// Points of a field that are seen from outside, in the unit sphere: the first hits of uniform lines.
@@ -127,6 +143,10 @@ pub(crate) fn uniform_line(random: &mut Random) -> (Vec3, Vec3) {
 pub struct RayErrors {
     /// How many rays.
     pub rays: usize,
+    /// How many of them hit both: what the errors of depth are of.
+    pub hits: usize,
+    /// How many normals were compared.
+    pub normals: usize,
     /// Part of the rays for which hit or miss is right.
     pub visibility: f64,
     /// Part of the rays that hit the mesh but not the field.
@@ -170,7 +190,8 @@ impl Evaluation {
             across_p95: self.primary.across_p95 as f32,
             visibility: self.primary.visibility as f32,
             normal_mean_degrees: self.primary.normal_mean_degrees as f32,
-            chamfer_e3: self.clouds.chamfer_e3 as f32,
+            // Infinite where there is no surface, which a file cannot say.
+            chamfer_e3: (self.clouds.chamfer_e3 as f32).min(crate::file::MOST_CHAMFER_E3),
         }
     }
 }
@@ -184,15 +205,27 @@ pub fn evaluate(
     points: usize,
     seed: u64,
 ) -> Evaluation {
+    evaluate_while(field, unit_mesh, points, seed, &|_| true).unwrap_or_else(Evaluation::nothing)
+}
+
+/// The same for fields that take long: `go_on` is told how much is done, 0 to 1, and says whether to go on; `None` if
+/// it said no.
+pub fn evaluate_while(
+    field: &DirectedField,
+    unit_mesh: &Arc<TriangleMesh>,
+    points: usize,
+    seed: u64,
+    go_on: &dyn Fn(f32) -> bool,
+) -> Option<Evaluation> {
     let of_mesh = Cloud::new(mesh_points(unit_mesh, points, seed));
     let other = Cloud::new(mesh_points(unit_mesh, points, seed ^ 0x5555));
-    let of_field = Cloud::new(field_points(field, points, seed));
+    let of_field = Cloud::new(field_points_while(field, points, seed, &|part| go_on(part / 3.0))?);
     let tracer = MeshTracer::build(Arc::clone(unit_mesh));
     let lines: Vec<(Vec3, Vec3)> = (0..points)
         .into_par_iter()
         .map(|index| uniform_line(&mut Random::new(seed, 13, index as u64)))
         .collect();
-    let primary = ray_errors(field, &tracer, &lines);
+    let primary = ray_errors(field, &tracer, &lines, &|part| go_on((1.0 + part) / 3.0))?;
     let sampler = LineSampler::new(Arc::clone(unit_mesh), 0.0);
     let leaving: Vec<(Vec3, Vec3)> = match &sampler {
         Some(sampler) => (0..points)
@@ -209,21 +242,44 @@ pub fn evaluate(
             .collect(),
         None => Vec::new(),
     };
-    Evaluation {
+    Some(Evaluation {
         clouds: compare_clouds(&of_field, &of_mesh),
         floor_e3: chamfer_e3(&other, &of_mesh),
         primary,
-        secondary: ray_errors(field, &tracer, &leaving),
+        secondary: ray_errors(field, &tracer, &leaving, &|part| go_on((2.0 + part) / 3.0))?,
+    })
+}
+
+impl Evaluation {
+    /// Of no rays at all.
+    fn nothing() -> Evaluation {
+        let clouds = compare_clouds(&Cloud::new(Vec::new()), &Cloud::new(Vec::new()));
+        let none = RayErrors::default();
+        Evaluation { clouds, floor_e3: f64::INFINITY, primary: none, secondary: none }
     }
 }
 
-fn ray_errors(field: &DirectedField, tracer: &MeshTracer, rays: &[(Vec3, Vec3)]) -> RayErrors {
+/// Rays that are asked between two looks at whether to go on.
+const ASKED_AT_ONCE: usize = 2048;
+
+fn ray_errors(
+    field: &DirectedField,
+    tracer: &MeshTracer,
+    rays: &[(Vec3, Vec3)],
+    go_on: &dyn Fn(f32) -> bool,
+) -> Option<RayErrors> {
     let unit = field.unit();
     let cell = field.grain();
     let sparse = if field.prefers_many() { SPARSE_NORMALS } else { 1 };
     let asked: Vec<(Vec3, Vec3)> =
         rays.iter().map(|&(origin, direction)| (unit.from_unit(origin), direction / unit.scale)).collect();
-    let answers = field.query_many(&asked);
+    let mut answers = Vec::with_capacity(asked.len());
+    for some in asked.chunks(ASKED_AT_ONCE) {
+        if !go_on(answers.len() as f32 / asked.len() as f32) {
+            return None;
+        }
+        answers.extend(field.query_many(some));
+    }
     /// One ray: (true, predicted) distance, |n · ω|, angle of the normals.
     type One = (Option<f32>, Option<f32>, f32, Option<f32>);
     let one = |index: usize| -> One {
@@ -258,8 +314,10 @@ fn ray_errors(field: &DirectedField, tracer: &MeshTracer, rays: &[(Vec3, Vec3)])
     let depths = sorted(all.iter().filter_map(both).map(|(error, _)| error).collect());
     let across = sorted(all.iter().filter_map(both).map(|(error, cosine)| error * cosine).collect());
     let angles = sorted(all.iter().filter_map(|o| o.3).collect());
-    RayErrors {
+    Some(RayErrors {
         rays: all.len(),
+        hits: depths.len(),
+        normals: angles.len(),
         visibility: part(&|o| o.0.is_some() == o.1.is_some()),
         lost: part(&|o| o.0.is_some() && o.1.is_none()),
         invented: part(&|o| o.0.is_none() && o.1.is_some()),
@@ -269,11 +327,12 @@ fn ray_errors(field: &DirectedField, tracer: &MeshTracer, rays: &[(Vec3, Vec3)])
         across_p95: quantile(&across, 0.95),
         normal_mean_degrees: mean(&angles),
         normal_median_degrees: quantile(&angles, 0.5),
-    }
+    })
 }
 
 fn mean(values: &[f32]) -> f64 {
-    values.iter().map(|&v| f64::from(v)).sum::<f64>() / values.len().max(1) as f64
+    // From 0 on: a sum of nothing is −0.
+    values.iter().fold(0.0, |sum, &v| sum + f64::from(v)) / values.len().max(1) as f64
 }
 
 fn quantile(sorted: &[f32], part: f64) -> f64 {

@@ -220,8 +220,9 @@ impl Line<'_> {
                     hit: until - start,
                     weight: cosine(normal, direction).max(0.1),
                     slope: slope(&part, normal, start == enter - self.margin, random),
+                    side: side(normal, direction),
                 },
-                None => LocalSample { part, hit: -1.0, weight: 0.0, slope: Slope::default() },
+                None => LocalSample { part, hit: -1.0, weight: 0.0, slope: Slope::default(), side: 0.0 },
             });
         }
     }
@@ -230,6 +231,11 @@ impl Line<'_> {
 /// |n · ω|, or its mean over directions where the normal is not known.
 fn cosine(normal: Vec3, direction: Vec3) -> f32 {
     if normal == Vec3::ZERO { 0.5 } else { normal.dot(direction).abs() }
+}
+
+/// Whether a direction meets the front (1) or the back (−1) of a surface, 0 where its normal is not known.
+fn side(normal: Vec3, direction: Vec3) -> f32 {
+    if normal == Vec3::ZERO { 0.0 } else { 1f32.copysign(-normal.dot(direction)) }
 }
 
 /// Hits that graze the surface more than this have slopes without bound.

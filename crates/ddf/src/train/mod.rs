@@ -128,6 +128,7 @@ impl FastTrainer {
         mesh.validate()?;
         let none = || DdfError::NoSurface { triangles: mesh.triangles.len() };
         let unit = UnitSpace::of_mesh(mesh).ok_or_else(none)?;
+        unit.check().map_err(DdfError::Setting)?;
         let shape = &options.shape;
         let in_grid = Arc::new(unit.mesh_to_grid(mesh, shape.resolution));
         let cells = Cells::of_mesh(&in_grid, shape.resolution);
@@ -280,7 +281,10 @@ impl FastTrainer {
     /// The field as it is now.
     #[must_use]
     pub fn field(&self) -> DirectedField {
-        DirectedField::new(FastField::rounded(&self.options.shape, &self.cells, &self.parameters), self.unit)
+        let mut fast = FastField::rounded(&self.options.shape, &self.cells, &self.parameters);
+        // Samples know distances, not normals.
+        fast.sides = self.recorded.is_none();
+        DirectedField::new(fast, self.unit)
     }
 }
 

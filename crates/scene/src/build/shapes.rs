@@ -8,7 +8,7 @@ use halflight_shape::procedural::mesh as generate;
 use halflight_shape::{Model, TriangleMesh};
 use halflight_trace::Geometry;
 
-use super::fields::FieldShape;
+use super::fields::{Beside, FieldShape};
 use super::meshes::Finish;
 use super::node_spheres::NodeSpheres;
 use super::{Builder, HeightSource, MaterialEntry, MeshPart, ModelShape};
@@ -122,6 +122,9 @@ impl Builder {
                  use a `sphere`, or a mesh"
             ));
         }
+        if let (Form::Field(shape), Some(&index)) = (form, materials.first()) {
+            self.field_notices(name, shape, index);
+        }
         let shines = materials.iter().any(|&index| self.materials[index as usize].is_emissive());
         if matches!(form, Form::Field(_)) && shines {
             self.warnings.push(format!(
@@ -169,12 +172,17 @@ impl Builder {
             return Some((self.mesh_form(name, mesh, None, &material), one(self), still, ground));
         }
         Some(match &shape.kind {
-            ShapeKind::Mesh(MeshSpec { file, field: Some(field), field_fallback, .. }) => {
-                let form = Form::Field(self.field(field, field_fallback.then_some(file))?);
-                (form, one(self), still, false)
+            ShapeKind::Mesh(MeshSpec { file, field: Some(field), field_fallback, shading, .. }) => {
+                let beside = Beside { file, fallback: *field_fallback, is_shape: true, shading: *shading };
+                let form = self.field(name, field, Some(beside), material.is_some())?;
+                (Form::Field(form), one(self), still, false)
             }
             ShapeKind::Field(spec) => {
-                (Form::Field(self.field(&spec.file, spec.mesh.as_ref())?), one(self), still, false)
+                let beside = spec.mesh.as_ref();
+                let beside =
+                    beside.map(|file| Beside { file, fallback: true, is_shape: false, shading: None });
+                let form = self.field(name, &spec.file, beside, material.is_some())?;
+                (Form::Field(form), one(self), still, false)
             }
             ShapeKind::Mesh(spec) => {
                 let (form, materials) = self.model_shape(name, spec, material)?;

@@ -78,7 +78,8 @@ impl Caster<'_> {
         Some(all)
     }
 
-    fn cast_group(&self, points: &[Point]) -> Seen {
+    /// Transfer at up to [`GROUP`] points.
+    pub(super) fn cast_group(&self, points: &[Point]) -> Seen {
         let n = self.n;
         let mut seen = Seen { transfer: Vec::with_capacity(points.len() * n), ..Seen::default() };
         // Where each point's matrix starts.

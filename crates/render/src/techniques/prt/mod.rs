@@ -46,6 +46,8 @@ use crate::gbuffer::Room;
 use crate::looks::{Stages, add_looks};
 use crate::sh_light::{LightCache, SHARP_LIGHT, left_out, refuse_too_bright};
 use crate::technique::{Budget, Deadline, Progress, RenderReport, Technique, TechniqueError};
+use cast::Caster;
+use directions::{Cosine, Directions};
 use receivers::Receivers;
 use shade::{Light, Lit};
 use transfer::Transfer;
@@ -300,15 +302,39 @@ impl Technique for Prt {
         };
         let mut report =
             RenderReport { notes: self.notes(frame, kept, &prepared), ..RenderReport::default() };
-        let lit = Lit::new(frame, &prepared.receivers, &prepared.transfer, &light);
-        let mut unknown = 0;
+        // Each pixel has neighbours, and each look others: fewer rays than a vertex has are enough.
+        let n = (self.settings.order * self.settings.order) as usize;
+        let directions = Directions::new((self.settings.rays as usize / 2).max(64), n, 0.0);
+        let cosine = Cosine::new();
+        let caster = Caster {
+            world: &frame.world,
+            directions: &directions,
+            cosine: &cosine,
+            n,
+            is_shadowed: self.settings.transfer != TransferKind::Unshadowed,
+            with_matrices: true,
+        };
+        let lit = Lit::new(frame, &prepared.receivers, &prepared.transfer, &light, &caster);
+        let (mut unknown, mut strange) = (0, 0);
         let work = (&mut report, Stages::default());
         let region = film.region();
         add_looks(frame, (film, region), (budget, &deadline), progress, work, &self.room, |view, stages| {
-            let (picture, without) = stages.time("pixels", || lit.picture(view));
+            let (picture, without, here) = stages.time("pixels", || lit.picture(view));
             unknown = unknown.max(without);
+            strange = strange.max(here);
             picture
         });
+        if strange > 0 {
+            let without = if self.settings.bounces() > 0 {
+                "; what surfaces give back is left out on them"
+            } else {
+                ""
+            };
+            report.notes.push(format!(
+                "{strange} pixels see a learned field: their transfer was worked out one by one, by {} rays each, and is not kept{without}",
+                directions.vectors.len() / 2
+            ));
+        }
         if unknown > 0 {
             report.notes.push(format!(
                 "{unknown} pixels see a side of a surface that no transfer is worked out for (the inside of a closed body, height fields from below), and are black"

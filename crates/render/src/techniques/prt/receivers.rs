@@ -129,6 +129,12 @@ impl Receivers {
         all
     }
 
+    /// Whether an instance has no roots, because its form has no parameters to put points of transfer at, as a learned
+    /// field: its transfer is worked out where it is seen.
+    pub(super) fn is_strange(frame: &Frame, instance: u32) -> bool {
+        matches!(frame.world.instances()[instance as usize].geometry.as_ref(), Geometry::Custom(_))
+    }
+
     /// How many roots there are.
     pub(super) fn roots(&self) -> usize {
         self.roots as usize

@@ -5,14 +5,19 @@
 //! a normal, so that a pixel's own normal counts; Phong ρ_s (n + 2)/(n + 1) times the dot product of the lobe about the
 //! mirror direction with Σ w_k (L M)_k. Cost: one multiplication for each coefficient of each vertex; a hundred or two
 //! for each pixel.
+//!
+//! Forms without roots, as learned fields, have their transfer worked out at each pixel that sees them, 64 together, by the
+//! same sums over rays; nothing of it is kept, and light that surfaces give back is left out there.
 
 use glam::Vec3;
 use halflight_scene::Frame;
 use halflight_sh::{Sh, Zh};
+use halflight_trace::Ray;
 use rayon::prelude::*;
 
+use super::cast::{Caster, GROUP as POINTS};
 use super::directions::{Cosine, MOST};
-use super::receivers::Receivers;
+use super::receivers::{Point, Receivers};
 use super::transfer::{NO_MATRIX, Transfer};
 use crate::gbuffer::{GBuffer, Visible, VisiblePoint};
 use crate::sh_light::axes;
@@ -30,6 +35,8 @@ pub(super) struct Lit<'a> {
     transfer: &'a Transfer,
     light: &'a Light,
     cosine: Cosine,
+    /// What looks from the pixels that see forms without roots.
+    caster: &'a Caster<'a>,
     /// Irradiance at each vertex, and what it would be without shadows.
     irradiance: Vec<[Vec3; 2]>,
     /// For each matrix three times `n` coefficients of what arrives.
@@ -47,6 +54,7 @@ impl<'a> Lit<'a> {
         receivers: &'a Receivers,
         transfer: &'a Transfer,
         light: &'a Light,
+        caster: &'a Caster<'a>,
     ) -> Self {
         let (n, channels) = (transfer.n, transfer.channels);
         let cosine = Cosine::new();
@@ -75,11 +83,11 @@ impl<'a> Lit<'a> {
                     }
                 }
             });
-        Self { frame, receivers, transfer, light, cosine, irradiance, arriving }
+        Self { frame, receivers, transfer, light, cosine, caster, irradiance, arriving }
     }
 
-    /// The radiance of every pixel, and how many see what no transfer is known of.
-    pub(super) fn picture(&self, view: &GBuffer) -> (Vec<Vec3>, usize) {
+    /// The radiance of every pixel, how many see what no transfer is known of, and how many had it worked out.
+    pub(super) fn picture(&self, view: &GBuffer) -> (Vec<Vec3>, usize, usize) {
         let mut picture = vec![Vec3::ZERO; view.pixels.len()];
         let unknown: Vec<usize> = picture
             .par_chunks_mut(view.width)
@@ -90,7 +98,7 @@ impl<'a> Lit<'a> {
                     *radiance = match pixel {
                         Visible::Nothing(direction) => self.frame.lights.escaped(*direction),
                         Visible::Point(point) => self.radiance(point).unwrap_or_else(|| {
-                            unknown += 1;
+                            unknown += usize::from(!self.is_strange(point));
                             point.emitted
                         }),
                     };
@@ -98,7 +106,71 @@ impl<'a> Lit<'a> {
                 unknown
             })
             .collect();
-        (picture, unknown.into_iter().sum())
+        let strange: Vec<(usize, &VisiblePoint)> = view
+            .pixels
+            .iter()
+            .enumerate()
+            .filter_map(|(index, pixel)| match pixel {
+                Visible::Point(point) if self.is_strange(point) => Some((index, point)),
+                _ => None,
+            })
+            .collect();
+        let lit: Vec<Vec<Vec3>> =
+            strange.par_chunks(POINTS).map(|points| self.strange_radiance(points)).collect();
+        for (&(index, _), radiance) in strange.iter().zip(lit.into_iter().flatten()) {
+            picture[index] = radiance;
+        }
+        (picture, unknown.into_iter().sum(), strange.len())
+    }
+
+    fn is_strange(&self, point: &VisiblePoint) -> bool {
+        Receivers::is_strange(self.frame, point.hit.instance)
+    }
+
+    /// Radiance towards the eye from points whose transfer is worked out now.
+    fn strange_radiance(&self, points: &[(usize, &VisiblePoint)]) -> Vec<Vec3> {
+        let n = self.caster.n;
+        let looking: Vec<Point> = points
+            .iter()
+            .map(|(_, point)| {
+                let ray = Ray::new(point.position + point.towards_eye * point.hit.t, -point.towards_eye);
+                let mut surface = self.frame.world.surface(&ray, &point.hit);
+                surface.position = point.position;
+                surface.geometric_normal = point.geometric_normal;
+                surface.shading_normal = point.normal;
+                let is_glossy = point.material.specular != Vec3::ZERO;
+                Point { surface, albedo: Vec3::ZERO, is_glossy }
+            })
+            .collect();
+        let seen = self.caster.cast_group(&looking);
+        let mut matrices = seen.matrices.chunks_exact((n * n).max(1));
+        let mut arriving = vec![0.0f32; n];
+        points
+            .iter()
+            .zip(seen.transfer.chunks_exact(n))
+            .map(|((_, point), transfer)| {
+                let material = &point.material;
+                let irradiance =
+                    Vec3::from_array([0, 1, 2].map(|c| dot(transfer, self.light[c].coefficients())));
+                let mut radiance = point.emitted
+                    + material.diffuse * std::f32::consts::FRAC_1_PI * irradiance.max(Vec3::ZERO);
+                if material.specular != Vec3::ZERO
+                    && let Some(matrix) = matrices.next()
+                {
+                    let lobe = mirrored_lobe(point);
+                    let colors = [0, 1, 2].map(|c| {
+                        arriving.fill(0.0);
+                        for (row, &light) in matrix.chunks_exact(n).zip(self.light[c].coefficients()) {
+                            arriving.iter_mut().zip(row).for_each(|(sum, &m)| *sum = m.mul_add(light, *sum));
+                        }
+                        dot(&arriving, lobe.coefficients())
+                    });
+                    radiance +=
+                        material.specular * Vec3::from_array(colors).max(Vec3::ZERO) * strength(point);
+                }
+                radiance
+            })
+            .collect()
     }
 
     /// Radiance towards the eye; `None` where no transfer is known.
@@ -131,9 +203,7 @@ impl<'a> Lit<'a> {
     /// What a Phong lobe of albedo 1 sends to the eye.
     fn lobe(&self, point: &VisiblePoint, corners: [u32; 3], weights: [f32; 3]) -> Vec3 {
         let n = self.transfer.n;
-        let exponent = point.material.exponent;
-        let mirrored = 2.0 * point.normal.dot(point.towards_eye) * point.normal - point.towards_eye;
-        let lobe = Zh::<MOST>::phong(f64::from(exponent)).to_direction(axes(mirrored));
+        let lobe = mirrored_lobe(point);
         let mut sum = Vec3::ZERO;
         for (corner, weight) in corners.into_iter().zip(weights) {
             let matrix = self.transfer.matrix_of[corner as usize];
@@ -144,8 +214,20 @@ impl<'a> Lit<'a> {
             let colors = [0, 1, 2].map(|c| dot(&arriving[c * n..(c + 1) * n], lobe.coefficients()));
             sum += weight * Vec3::from_array(colors);
         }
-        sum.max(Vec3::ZERO) * ((exponent + 2.0) / (exponent + 1.0))
+        sum.max(Vec3::ZERO) * strength(point)
     }
+}
+
+/// The Phong lobe of a point about the mirror direction of the eye.
+fn mirrored_lobe(point: &VisiblePoint) -> Sh<MOST> {
+    let mirrored = 2.0 * point.normal.dot(point.towards_eye) * point.normal - point.towards_eye;
+    Zh::<MOST>::phong(f64::from(point.material.exponent)).to_direction(axes(mirrored))
+}
+
+/// What a normalised lobe is multiplied by so that its albedo is 1.
+fn strength(point: &VisiblePoint) -> f32 {
+    let exponent = point.material.exponent;
+    (exponent + 2.0) / (exponent + 1.0)
 }
 
 /// Unshadowed irradiance on a normal.
