@@ -90,7 +90,6 @@ impl DirectedField {
         let (low, step) = (0.5 * (low + high) - 0.5 * size, size / (posts - 1) as f32);
         let unit = self.unit();
         let unit_step = step * unit.scale;
-        // The few first points tell the area: of so many lines through the sphere a share meets the surface.
         let spacing = 0.25 * unit_step;
         let most = if self.prefers_many() { MOST_POINTS / 8 } else { MOST_POINTS };
         let count = ((POINTS_FOR_EACH_SPACING * AREA / (spacing * spacing)) as usize).clamp(10_000, most);

@@ -159,6 +159,12 @@ impl DirectedField {
         }
     }
 
+    /// The 95th percentile of the error across the surface, in units; of a field that was not measured, a guess that is
+    /// rather too large.
+    pub(crate) fn error_across(&self) -> f32 {
+        if self.error.across_p95 > 0.0 { self.error.across_p95 } else { 0.1 * self.grain() }
+    }
+
     /// Whether front and back of the surface are told apart, as light that is refracted needs it. Fields that were
     /// trained from samples, and those of the seed's network, were never told.
     #[must_use]
@@ -248,7 +254,7 @@ impl DirectedField {
         let length = direction.length();
         let origin = (x - Vec3::from(self.unit.center)) * self.grid_scale + self.grid_offset;
         let usable = length > 0.0 && length.is_finite() && origin.is_finite() && t_max > 0.0;
-        let skin = SKIN * self.error.across_p95 * self.grid_scale / self.unit.scale;
+        let skin = SKIN * self.error_across() * self.grid_scale / self.unit.scale;
         usable
             .then(|| (GridRay { origin, direction: direction / length, t_max: t_max * length, skin }, length))
     }

@@ -109,7 +109,7 @@ impl FieldTracer {
     /// Bound of a hit's error, in the object's own space: what was measured across the surface, and the rounding of
     /// coordinates.
     fn position_error(&self, position: Vec3) -> f32 {
-        let measured = self.field.error.across_p95 / self.field.unit().scale;
+        let measured = self.field.error_across() / self.field.unit().scale;
         measured.max(8.0 * f32::EPSILON * position.abs().max_element())
     }
 }

@@ -293,12 +293,14 @@ fn the_free_sky_of_points_is_that_which_rays_against_the_mesh_find() {
 /// How far the vertices of a converted mesh are from where they should be, in steps of its grid: 99th percentile, and most;
 /// of a field, and of the exact distances at the same posts, which creases keep from being 0.
 fn pits(mesh: &TriangleMesh, posts: u32) -> [(f32, f32); 2] {
-    let mut trainer = FastTrainer::new(mesh, options()).expect("a mesh to learn");
-    for step in 0..1500 {
-        trainer.step(step as f32 / 1500.0).expect("training goes on");
+    // Cells of about a step of the grid.
+    let options = TrainOptions { shape: FastShape { resolution: 48, ..FastShape::default() }, ..options() };
+    let mut trainer = FastTrainer::new(mesh, options).expect("a mesh to learn");
+    for step in 0..1200 {
+        trainer.step(step as f32 / 1200.0).expect("training goes on");
     }
     let grid = trainer.field().surface_grid(posts, &|_| true).expect("nobody said no");
-    let truth = Cloud::new(mesh_points(mesh, 400_000, 1));
+    let truth = Cloud::new(mesh_points(mesh, 200_000, 1));
     let place = |i: u32| Vec3::new((i % posts) as f32, (i / posts % posts) as f32, (i / (posts * posts)) as f32);
     let distances = (0..posts.pow(3)).map(|i| truth.squared_distance(grid.low + grid.step * place(i)).sqrt());
     let exact = DistanceGrid { values: distances.collect(), ..grid.clone() };
@@ -329,9 +331,9 @@ fn a_field_becomes_a_mesh_without_pits() {
     }
     let head = TriangleMesh { positions, triangles, ..TriangleMesh::default() };
     for (name, mesh) in [("ball", &ball), ("head", &head)] {
-        let [field, exact] = pits(mesh, 48);
+        let [field, exact] = pits(mesh, 40);
         println!("{name}: {field:?}, exact {exact:?}");
-        assert!(field.0 < exact.0 + 0.1 && field.1 < exact.1 + 1.0, "{name}: {field:?}, exact {exact:?}");
+        assert!(field.0 < exact.0 + 0.12 && field.1 < exact.1 + 1.0, "{name}: {field:?}, exact {exact:?}");
     }
 }
 

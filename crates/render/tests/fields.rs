@@ -68,7 +68,9 @@ fn a_field_hides_light_from_the_floor_below_it_as_its_mesh_does() {
     for step in 0..400 {
         trainer.step(step as f32 / 400.0).unwrap();
     }
-    trainer.field().save(&folder.path().join("ball.ddf")).unwrap();
+    let mut field = trainer.field();
+    field.error = halflight_ddf::evaluate(&field, trainer.unit_mesh(), 2000, 1).measured();
+    field.save(&folder.path().join("ball.ddf")).unwrap();
     halflight_shape::write_ply(&folder.path().join("ball.ply"), &ball).unwrap();
     let lifted = "material = \"grey\"\ntransform = { translate = [0, 1.15, 0] }";
     let of_field = format!("[[shape]]\nname = \"ball\"\ntype = \"field\"\nfile = \"ball.ddf\"\n{lifted}");
