@@ -5,8 +5,9 @@ use std::sync::Arc;
 
 use glam::Vec3;
 use halflight_ddf::{
-    Cloud, DdfError, DirectedField, DistanceGrid, FastShape, FastTrainer, FieldShape, FieldTracer, SampleScheme,
-    SeedOptions, SeedTrainer, TrainOptions, UnitSpace, draw_samples, evaluate, even_directions, mesh_points,
+    Cloud, DdfError, DirectedField, DistanceGrid, FastShape, FastTrainer, FieldShape, FieldTracer,
+    SampleScheme, SeedOptions, SeedTrainer, TrainOptions, UnitSpace, draw_samples, evaluate, even_directions,
+    mesh_points,
 };
 use halflight_sh::Sh;
 use halflight_shape::TriangleMesh;
@@ -290,6 +291,29 @@ fn the_free_sky_of_points_is_that_which_rays_against_the_mesh_find() {
     }
 }
 
+#[test]
+fn a_mesh_far_from_the_origin_is_answered_where_it_stands() {
+    let away = Vec3::new(65536.0, -32768.0, 0.0);
+    let mut mesh = ring();
+    mesh.positions.iter_mut().for_each(|p| *p += away);
+    let mut trainer = FastTrainer::new(&mesh, options()).expect("a ring can be learned");
+    for step in 0..600 {
+        trainer.step(step as f32 / 600.0).expect("training goes on");
+    }
+    let field = trainer.field();
+    assert!(field.unit().rounding() > 1e-4 && UnitSpace::of_mesh(&ring()).expect("a size").rounding() < 1e-6);
+    let mut off: Vec<f32> = (0..400)
+        .filter_map(|i| {
+            let angle = i as f32 * 0.37;
+            let x = away + Vec3::new(10.0 + 3.0 * angle.cos(), 8.0, -5.0 + 3.0 * angle.sin());
+            // The top of the tube is 1 above its middle.
+            Some((field.query(x, Vec3::NEG_Y, f32::INFINITY)?.distance - 7.0).abs())
+        })
+        .collect();
+    off.sort_by(f32::total_cmp);
+    assert!(off.len() > 390 && off[off.len() * 9 / 10] < 0.06, "{} {}", off.len(), off[off.len() / 2]);
+}
+
 /// How far the vertices of a converted mesh are from where they should be, in steps of its grid: 99th percentile, and most;
 /// of a field, and of the exact distances at the same posts, which creases keep from being 0.
 fn pits(mesh: &TriangleMesh, posts: u32) -> [(f32, f32); 2] {
@@ -301,7 +325,8 @@ fn pits(mesh: &TriangleMesh, posts: u32) -> [(f32, f32); 2] {
     }
     let grid = trainer.field().surface_grid(posts, &|_| true).expect("nobody said no");
     let truth = Cloud::new(mesh_points(mesh, 200_000, 1));
-    let place = |i: u32| Vec3::new((i % posts) as f32, (i / posts % posts) as f32, (i / (posts * posts)) as f32);
+    let place =
+        |i: u32| Vec3::new((i % posts) as f32, (i / posts % posts) as f32, (i / (posts * posts)) as f32);
     let distances = (0..posts.pow(3)).map(|i| truth.squared_distance(grid.low + grid.step * place(i)).sqrt());
     let exact = DistanceGrid { values: distances.collect(), ..grid.clone() };
     [grid, exact].map(|grid| {
