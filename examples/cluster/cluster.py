@@ -41,6 +41,33 @@ def work(job: Any) -> bytes:
     return result
 
 
+def frames_of(text: str) -> range:
+    """`5`, or `1..24`: the first and the last frame."""
+    found = re.fullmatch(r"\s*(-?\d+)\s*(?:\.\.\s*(-?\d+)\s*)?", text)
+    if not found:
+        raise argparse.ArgumentTypeError(f"expected a frame or FIRST..LAST, as in 1..24, found {text!r}")
+    first = int(found[1])
+    last = first if found[2] is None else int(found[2])
+    if last < first:
+        raise argparse.ArgumentTypeError(f"the last frame, {last}, comes before the first, {first}: write {last}..{first}")
+    return range(first, last + 1)
+
+
+def size_of(text: str) -> tuple[int, int]:
+    """`640x360`."""
+    found = re.fullmatch(r"\s*([1-9]\d{0,5})\s*x\s*([1-9]\d{0,5})\s*", text)
+    if not found:
+        raise argparse.ArgumentTypeError(f"expected WIDTHxHEIGHT, as in 640x360, found {text!r}")
+    return int(found[1]), int(found[2])
+
+
+def count_of(text: str) -> int:
+    """A whole number from 1 on."""
+    if not re.fullmatch(r"\s*[1-9]\d{0,8}\s*", text):
+        raise argparse.ArgumentTypeError(f"expected a whole number from 1 on, found {text!r}")
+    return int(text)
+
+
 def told(done: int, total: int, what: str) -> None:
     """Tell the progress on a line."""
     print(f"{done}/{total} {what}", file=sys.stderr, flush=True)
@@ -185,38 +212,50 @@ def main() -> None:
     parser.add_argument("-o", "--output", required=True)
     parser.add_argument("--address", help="of the cluster: auto, or ray://HOST:10001")
     parser.add_argument("-t", "--technique", default="path")
-    parser.add_argument("--frames", default="0..0")
-    parser.add_argument("--tiles", type=int, default=1)
-    parser.add_argument("--spp", type=int)
-    parser.add_argument("--size")
+    parser.add_argument("--frames", type=frames_of, default=range(0, 1), metavar="N or FIRST..LAST")
+    parser.add_argument("--tiles", type=count_of, default=1)
+    parser.add_argument("--spp", type=count_of)
+    parser.add_argument("--size", type=size_of, metavar="WxH")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--simd", help="baseline, avx2 or avx512: what all machines have")
     parser.add_argument("--transfer", help="what `transfer` has made, for -t prt")
-    parser.add_argument("--steps", type=int, default=4000)
-    parser.add_argument("--resolution", type=int, default=64)
+    parser.add_argument("--steps", type=count_of, default=4000)
+    parser.add_argument("--resolution", type=count_of, default=64)
     given = parser.parse_args()
-    ray.init(address=given.address, log_to_driver=False)
+    try:
+        run(given)
+    except (hl.Error, OSError) as error:
+        parser.exit(1, f"error: {error}\n")
+
+
+def run(given: argparse.Namespace) -> None:
+    """Do what the command line asks. What can be wrong with it is found before a cluster is asked for."""
     if given.what == "field":
         with open(given.input, "rb") as file:
-            train_fields({given.output: file.read()}, steps=given.steps, resolution=given.resolution)
+            mesh = file.read()
+        ray.init(address=given.address, log_to_driver=False)
+        train_fields({given.output: mesh}, steps=given.steps, resolution=given.resolution)
         return
     scene = hl.load(given.input, simd=given.simd)
-    if given.what == "transfer":
-        transfer_of(scene, given.output)
-        return
-    first, last = (int(number) for number in given.frames.split(".."))
     options: dict[str, Any] = {"seed": given.seed}
     if given.spp is not None:
         options["samples"] = given.spp
     if given.size is not None:
-        options["size"] = tuple(int(side) for side in given.size.split("x"))
+        options["size"] = given.size
+    if given.what == "frames":
+        # Refuses more tiles than there are pixels.
+        hl.tile_size((1, given.tiles), given.size or scene.size)
     transfer = None
     if given.transfer is not None:
         with open(given.transfer, "rb") as file:
             transfer = file.read()
+    ray.init(address=given.address, log_to_driver=False)
+    if given.what == "transfer":
+        transfer_of(scene, given.output)
+        return
     render_frames(
         scene,
-        range(first, last + 1),
+        given.frames,
         given.output,
         technique=given.technique,
         tiles=given.tiles,

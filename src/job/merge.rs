@@ -189,7 +189,7 @@ impl Joint {
             return Ok(());
         }
         Err(JobError::failed(format!(
-            "of frame {} {} of {count} tiles {} missing: {}",
+            "frame {} is not whole: {} of {count} tiles {} missing: {}",
             self.frame,
             missing.len(),
             if missing.len() == 1 { "is" } else { "are" },

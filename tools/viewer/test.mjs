@@ -119,7 +119,16 @@ try {
   await page.mouse.click(box.x + box.width / 2, box.y + box.height * 0.7);
   await page.waitForSelector("#explanation:not([hidden])");
   const text = await page.textContent("#explain-text");
-  check(/material/.test(text) && /depth/.test(text), "a pixel is explained");
+  check(/material/.test(text) && /depth/.test(text) && !/\b0 samples/.test(text), "a pixel is explained");
+  const card = await page.locator("#explanation").boundingBox();
+  check(card.y >= 0 && card.y + 60 < 860, "the explanation is in sight");
+  await page.selectOption("#technique-a", "covariance");
+  await page.waitForFunction(() => window.halflight.headers.a?.technique === "covariance", null, { timeout: 60000 });
+  await page.mouse.click(box.x + box.width / 2, box.y + box.height * 0.8);
+  await page.waitForFunction(() => /paths/.test(document.getElementById("explain-text").textContent), null, { timeout: 60000 });
+  check(true, "covariance says why");
+  await page.selectOption("#technique-a", "shexp");
+  await page.waitForFunction(() => window.halflight.headers.a?.technique === "shexp");
 
   const download = page.waitForEvent("download", { timeout: 120000 });
   await page.click("#save-exr");
@@ -130,19 +139,71 @@ try {
   const code = await new Promise((resolve) => info.on("exit", resolve));
   check(code === 0, "the saved EXR loads");
 
-  await page.evaluate(() => {
-    const name = new TextEncoder().encode("ball.toml");
-    const text = new TextEncoder().encode('environment = "studio"\n[camera]\norigin = [0, 1, 4]\ntarget = [0, 0, 0]\n[[shape]]\ntype = "sphere"\n');
-    const all = new Uint8Array(name.length + 1 + text.length);
-    all.set(name);
-    all.set(text, name.length + 1);
-    socket.send(all);
-  });
+  await page.setInputFiles("#files", [
+    { name: "tri.obj", mimeType: "text/plain", buffer: Buffer.from("mtllib tri.mtl\nusemtl red\nv -1 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n") },
+    { name: "tri.mtl", mimeType: "text/plain", buffer: Buffer.from("newmtl red\nKd 1 0 0\n") },
+  ]);
+  await page.waitForFunction(() => window.halflight.state.scene === "tri.obj");
+  check(true, "a model and its materials are opened together");
+  const ball = 'environment = "studio"\n[camera]\norigin = [0, 1, 4]\ntarget = [0, 0, 0]\nup = [0.2, 1, 0]\nkeyframes = [{ time = 0 }, { time = 2, origin = [3, 1, 2] }]\n[[shape]]\nname = "ball"\ntype = "sphere"\n';
+  await page.setInputFiles("#files", [{ name: "ball.toml", mimeType: "text/plain", buffer: Buffer.from(ball) }]);
   await page.waitForFunction(() => window.halflight.state.scene === "ball.toml");
   check(true, "a dropped file is opened");
+
+  const ask = (wish) => page.evaluate((wish) => ask(wish), wish);
+  const before = await still();
+  await ask({ do: "time", seconds: 2 });
+  await page.waitForFunction(() => window.halflight.state.seconds === 2);
+  check(apart(before, await still()) > 1, "time moves the camera as the scene says");
+  await page.keyboard.press("ArrowLeft");
+  await page.waitForFunction(() => !window.halflight.state.follows);
+  await still();
+  await page.keyboard.press("h");
+  await page.waitForFunction(() => window.halflight.state.follows);
+  check(true, "home follows the scene's camera again");
+  await page.fill("#material", "copper");
+  await page.press("#material", "Enter");
+  await page.waitForFunction(() => window.halflight.state.materials.length === 1);
+  await page.fill("#material", "nonsense");
+  await page.press("#material", "Enter");
+  await page.waitForFunction(() => document.getElementById("material").value === "copper");
+  check(await page.isVisible("#message"), "a material that is refused is taken back");
+  await ask({ do: "environment", degrees: 90 });
+  await ask({ do: "move", object: "ball", by: [0, 0.25, 0] });
+  await page.click("#keep");
+  await page.waitForFunction(() => /ball-view\.toml/.test(document.getElementById("message").textContent));
+  const kept = readFileSync(path.join(folder, "ball-view.toml"), "utf8");
+  check(/keyframes/.test(kept) && /up = /.test(kept) && /rotation_degrees = 90/.test(kept) && /copper/.test(kept) && /0\.25/.test(kept), "a kept scene has the camera's motion, the turned light, the material and the moved object");
+
+  await page.setInputFiles("#files", [{ name: "saved.exr", mimeType: "image/x-exr", buffer: readFileSync(saved) }]);
+  await page.click("#dropped button[value=compare]");
+  await page.waitForFunction(() => window.halflight.headers.b?.technique === "saved.exr");
+  await page.waitForFunction(() => /against saved.exr: relMSE/.test(document.getElementById("errors").textContent), null, { timeout: 60000 });
+  check(true, "a stored picture is compared with");
+  await page.click("#compare");
+
+  await page.focus("#picture");
+  await page.keyboard.press("g");
+  for (let i = 0; i < 3; i++) await page.keyboard.press("ArrowDown");
+  await page.keyboard.press("x");
+  await page.waitForFunction(() => /samples?/.test(document.getElementById("explain-text").textContent));
+  check(await page.isVisible("#marker"), "a pixel is explained by keys, with a mark where it is");
+  await page.keyboard.press("Escape");
+  const watcher = await browser.newPage({ viewport: { width: 390, height: 800 } });
+  await watcher.goto(url);
+  await watcher.waitForFunction(() => window.halflight.headers.a);
+  check(await watcher.isVisible("#watching") && await watcher.isDisabled("#technique-a"), "a window without the controls says so");
+  const header = await watcher.locator("header").boundingBox();
+  check(header.height < 50, "the header is one row on a narrow screen");
+  await watcher.close();
   await page.selectOption("#scene", "demo:moving");
   await page.waitForFunction(() => window.halflight.state.scene === "demo:moving", null, { timeout: 60000 });
   check(await page.isVisible("#timeline"), "another scene is opened, with its time");
+  await page.selectOption("#technique-a", "prt");
+  await page.waitForFunction(() => /preparing prt/.test(document.getElementById("busy").textContent) && !document.getElementById("busy").hidden, null, { timeout: 2000 });
+  await page.selectOption("#technique-a", "path");
+  await page.waitForFunction(() => window.halflight.headers.a?.technique === "path", null, { timeout: 5000 });
+  check(true, "a technique that prepares for long says so, and another choice ends it");
   check(complaints.length === 0, `the page has no complaints ${complaints.join("; ")}`);
 } finally {
   await browser.close();

@@ -48,3 +48,14 @@ pub fn material_from_text(text: &str) -> Result<halflight_material::Material, Sc
     let material = build::material_from_text(text, &mut builder)?;
     builder.reader.finish(Some(material)).map_err(SceneError::from)
 }
+
+/// What [`material_from_text`] reads, as the table of one line that a scene file would have in its place. Whether it is
+/// a material shows when it is read.
+///
+/// ```
+/// let table = halflight_scene::material_as_toml("copper roughness=0.2");
+/// assert_eq!(table, r#"{ type = "conductor", metal = "copper", roughness = 0.2 }"#);
+/// ```
+pub fn material_as_toml(text: &str) -> String {
+    build::material_as_toml(text)
+}

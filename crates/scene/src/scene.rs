@@ -235,6 +235,12 @@ impl Scene {
         &self.files
     }
 
+    /// What the camera takes for up: what the scene says, or of a camera that is placed by a transform the axis of the
+    /// world nearest to the top of its picture.
+    pub fn camera_up(&self) -> glam::Vec3 {
+        self.camera.up()
+    }
+
     /// Whether anything depends on time.
     pub fn is_animated(&self) -> bool {
         self.camera.moves() || self.objects.iter().any(Object::is_animated)

@@ -1,10 +1,18 @@
 //! The eye of a person at the page: turning about a point, moving, looking around.
 
-use glam::{Affine3A, Mat3, Vec3};
+use glam::{Affine3A, Quat, Vec3};
 use halflight_scene::camera::{Camera, FieldOfView};
 
 /// How near to straight up or down the eye may look, in radians.
 const POLE: f32 = 0.02;
+
+/// What a person has taken into his own hands; everything else follows the camera of the scene.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Own {
+    pub(crate) place: bool,
+    pub(crate) field_of_view: bool,
+    pub(crate) lens: bool,
+}
 
 /// Where the eye is, what it turns about, and its lens.
 #[derive(Clone, Copy, Debug)]
@@ -12,18 +20,52 @@ pub(crate) struct Eye {
     pub(crate) camera: Camera,
     /// What it looks at.
     pub(crate) target: Vec3,
+    /// What is up, of length 1.
+    up: Vec3,
+    pub(crate) own: Own,
 }
 
 impl Eye {
     /// The camera of a scene whose shapes lie in this box; it turns about the point before it at the box's depth.
-    pub(crate) fn new(mut camera: Camera, bounds: (Vec3, Vec3)) -> Self {
-        camera.pose[1] = camera.pose[0];
+    pub(crate) fn new(camera: Camera, up: Vec3, bounds: (Vec3, Vec3)) -> Self {
         let middle = (bounds.0 + bounds.1) * 0.5;
-        let eye = Self { camera, target: Vec3::ZERO };
+        let eye = Self { camera, target: Vec3::ZERO, up, own: Own::default() };
         let depth = (middle - eye.origin()).dot(eye.forward());
         let size = (bounds.1 - bounds.0).length().max(1e-3);
         let distance = if depth > 1e-3 * size && depth.is_finite() { depth } else { size };
         Self { target: eye.origin() + eye.forward() * distance, ..eye }
+    }
+
+    /// Goes where the camera of the scene has gone, in all that the person has left to it.
+    pub(crate) fn follow(&mut self, camera: Camera, bounds: (Vec3, Vec3)) {
+        let scene = Self::new(camera, self.up, bounds);
+        if !self.own.place {
+            (self.camera.pose, self.target) = (scene.camera.pose, scene.target);
+        }
+        if !self.own.field_of_view {
+            self.camera.field_of_view = camera.field_of_view;
+        }
+        if !self.own.lens {
+            self.camera.aperture_radius = camera.aperture_radius;
+            self.camera.focus_distance = camera.focus_distance;
+        }
+    }
+
+    /// Another field of view.
+    pub(crate) fn zoom(&mut self, field_of_view: FieldOfView) {
+        self.camera.field_of_view = field_of_view;
+        self.own.field_of_view = true;
+    }
+
+    /// Another lens.
+    pub(crate) fn lens(&mut self, aperture_radius: f32, focus_distance: f32) {
+        (self.camera.aperture_radius, self.camera.focus_distance) = (aperture_radius, focus_distance);
+        self.own.lens = true;
+    }
+
+    /// Moves what it turns about to a distance before it.
+    pub(crate) fn aim(&mut self, distance: f32) {
+        self.target = self.origin() + self.forward() * distance;
     }
 
     pub(crate) fn origin(&self) -> Vec3 {
@@ -46,21 +88,23 @@ impl Eye {
     fn set(&mut self, pose: Affine3A) {
         if pose.is_finite() {
             self.camera.pose = [pose; 2];
+            self.own.place = true;
         }
     }
 
-    /// The direction that is turned to the right about the vertical and up, by angles.
+    /// The direction that is turned to the right about what is up, and up, by angles.
     fn turned(&self, right: f32, up: f32) -> Vec3 {
         let forward = self.forward();
-        let elevation = forward.y.clamp(-1.0, 1.0).asin();
+        let height = forward.dot(self.up);
         let limit = std::f32::consts::FRAC_PI_2 - POLE;
-        let elevation = (elevation + up).clamp(-limit, limit);
-        let flat = Vec3::new(forward.x, 0.0, forward.z).try_normalize().unwrap_or_else(|| {
+        let elevation = (height.clamp(-1.0, 1.0).asin() + up).clamp(-limit, limit);
+        let flat = (forward - self.up * height).try_normalize().unwrap_or_else(|| {
             let (_, above) = self.right_and_up();
-            Vec3::new(above.x, 0.0, above.z).normalize_or(Vec3::NEG_Z) * -forward.y.signum()
+            let level = (above - self.up * above.dot(self.up)).try_normalize();
+            level.unwrap_or_else(|| self.up.any_orthonormal_vector()) * -height.signum()
         });
-        let flat = Mat3::from_rotation_y(-right) * flat;
-        flat * elevation.cos() + Vec3::Y * elevation.sin()
+        let flat = Quat::from_axis_angle(self.up, -right) * flat;
+        flat * elevation.cos() + self.up * elevation.sin()
     }
 
     /// Turns about the target: π for the height of the picture.
@@ -68,7 +112,7 @@ impl Eye {
         let pi = std::f32::consts::PI;
         let forward = self.turned(x * pi, -y * pi);
         let origin = self.target - forward * self.distance();
-        self.set(Camera::look_at(origin, self.target, Vec3::Y));
+        self.set(Camera::look_at(origin, self.target, self.up));
     }
 
     /// Looks around: the field of view for the height of the picture.
@@ -76,7 +120,7 @@ impl Eye {
         let forward = self.turned(x * vertical_fov, -y * vertical_fov);
         let (origin, distance) = (self.origin(), self.distance());
         self.target = origin + forward * distance;
-        self.set(Camera::look_at(origin, self.target, Vec3::Y));
+        self.set(Camera::look_at(origin, self.target, self.up));
     }
 
     /// Moves sideways so that the target follows the pointer.
@@ -142,7 +186,7 @@ mod tests {
             aperture_radius: 0.0,
             focus_distance: 1.0,
         };
-        Eye::new(camera, (Vec3::splat(-1.0), Vec3::splat(1.0)))
+        Eye::new(camera, Vec3::Y, (Vec3::splat(-1.0), Vec3::splat(1.0)))
     }
 
     #[test]
@@ -186,5 +230,41 @@ mod tests {
             eye.frame((Vec3::NEG_INFINITY, Vec3::INFINITY), 0.7);
             assert!(eye.camera.pose[0].is_finite() && eye.target.is_finite());
         }
+    }
+
+    #[test]
+    fn what_is_up_stays_up_when_it_is_not_y() {
+        for up in [Vec3::Z, Vec3::NEG_Y, Vec3::new(1.0, 1.0, 0.5).normalize()] {
+            let mut eye = eye();
+            eye.camera.pose = [Camera::look_at(Vec3::new(3.0, -4.0, 2.0), Vec3::ZERO, up); 2];
+            let mut eye = Eye::new(eye.camera, up, (Vec3::splat(-1.0), Vec3::splat(1.0)));
+            let height = eye.origin().dot(up);
+            for _ in 0..7 {
+                eye.orbit(0.3, 0.0);
+                let (right, above) = eye.right_and_up();
+                assert!(right.dot(up).abs() < 1e-4 && above.dot(up) > 0.0);
+                assert!((eye.origin().dot(up) - height).abs() < 1e-3);
+            }
+        }
+    }
+
+    #[test]
+    fn the_eye_follows_the_scene_until_it_is_moved() {
+        let mut eye = eye();
+        let bounds = (Vec3::splat(-1.0), Vec3::splat(1.0));
+        let there = Vec3::new(4.0, 2.0, 1.0);
+        let moved = Camera {
+            pose: [Camera::look_at(there, Vec3::ZERO, Vec3::Y); 2],
+            focus_distance: 7.0,
+            ..eye.camera
+        };
+        eye.zoom(FieldOfView::Vertical(0.2));
+        eye.follow(moved, bounds);
+        assert_eq!((eye.origin(), eye.camera.focus_distance), (there, 7.0));
+        assert_eq!(eye.camera.field_of_view, FieldOfView::Vertical(0.2));
+        eye.orbit(0.1, 0.0);
+        let held = eye.origin();
+        eye.follow(Camera { pose: [Camera::look_at(Vec3::ONE, Vec3::ZERO, Vec3::Y); 2], ..moved }, bounds);
+        assert_eq!(eye.origin(), held);
     }
 }

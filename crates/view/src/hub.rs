@@ -1,12 +1,12 @@
 //! Between the threads of the clients and the one that renders: wishes in, the newest pictures and states out.
 
 use std::collections::{HashMap, VecDeque};
-use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use crate::newest::Newest;
-use crate::wire::Ask;
+use crate::wire::{Ask, Dropped};
 
 /// Clients at once, at most.
 pub(crate) const MAX_CLIENTS: usize = 8;
@@ -19,10 +19,10 @@ const MAX_REPLIES: usize = 32;
 #[derive(Debug)]
 pub(crate) enum Asked {
     Ask(Ask),
-    /// A file that was dropped on the page.
-    File {
-        name: String,
-        bytes: Vec<u8>,
+    /// Files that were dropped on the page, and whether they are a picture to compare with.
+    Files {
+        files: Dropped,
+        reference: bool,
     },
 }
 
@@ -38,7 +38,8 @@ pub(crate) enum Reply {
 pub(crate) struct Hub {
     asks: Mutex<VecDeque<(u64, Asked)>>,
     asked: Condvar,
-    waiting: AtomicUsize,
+    /// Work is done that somebody waits for.
+    woken: AtomicBool,
     /// The sides and the map between them.
     pub(crate) pictures: [Newest<Vec<u8>>; 3],
     pub(crate) state: Newest<String>,
@@ -101,24 +102,27 @@ impl Hub {
             return false;
         }
         asks.push_back((client, asked));
-        self.waiting.store(asks.len(), Ordering::Release);
         drop(asks);
         self.asked.notify_all();
         true
     }
 
-    /// Whether somebody wants something.
-    pub(crate) fn is_asked(&self) -> bool {
-        self.waiting.load(Ordering::Acquire) > 0 || self.is_stopped()
+    /// Ends the wait for wishes: work is done.
+    pub(crate) fn wake(&self) {
+        let asks = lock(&self.asks);
+        self.woken.store(true, Ordering::Release);
+        drop(asks);
+        self.asked.notify_all();
     }
 
-    /// Everything that was asked; waits for it for so long.
+    /// Everything that was asked; waits for it, or for work that ends, for so long.
     pub(crate) fn take(&self, wait: Duration) -> VecDeque<(u64, Asked)> {
         let mut asks = lock(&self.asks);
-        if asks.is_empty() && !wait.is_zero() && !self.is_stopped() {
+        let is_woken = self.woken.load(Ordering::Acquire);
+        if asks.is_empty() && !is_woken && !wait.is_zero() && !self.is_stopped() {
             asks = self.asked.wait_timeout(asks, wait).unwrap_or_else(PoisonError::into_inner).0;
         }
-        self.waiting.store(0, Ordering::Release);
+        self.woken.store(false, Ordering::Release);
         std::mem::take(&mut asks)
     }
 
@@ -208,7 +212,7 @@ mod tests {
         let hub = Hub::default();
         let clients: Vec<u64> = std::iter::from_fn(|| hub.join()).take(100).collect();
         assert_eq!(clients.len(), MAX_CLIENTS);
-        let taken = (0..10_000).filter(|_| hub.ask(clients[0], Asked::Ask(Ask::Keep))).count();
+        let taken = (0..10_000).filter(|_| hub.ask(clients[0], Asked::Ask(Ask::Keep {}))).count();
         assert_eq!(taken, MAX_ASKS);
         (0..10_000).for_each(|_| hub.reply(clients[1], Reply::Text("x".into())));
         assert_eq!(hub.replies_for(clients[1]).len(), MAX_REPLIES);

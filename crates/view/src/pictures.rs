@@ -1,11 +1,12 @@
 //! From films to what is sent: tone and exposure, layers in false colour, differences between sides.
 
 use halflight_image::metrics::flip;
-use halflight_image::report::colors::{NO_VALUE, magma, viridis};
+use halflight_image::report::colors::{magma, viridis};
 use halflight_image::{RgbImage, ToneCurve, ToneMapping, to_srgb_bytes};
 use halflight_render::Film;
 use halflight_render::features::{FEATURE_LAYERS, add_layers};
 use halflight_scene::Frame;
+use serde_json::{Value, json};
 
 /// Quality of pictures that move and at rest, of 100.
 const MOVING: u8 = 80;
@@ -13,12 +14,16 @@ const STILL: u8 = 94;
 /// Part of the values at each end that the legend of a layer leaves out.
 const OUTLIERS: f32 = 0.005;
 
-/// A picture of 8 bits a colour, with the values of its legend if it has one.
+/// The colour of pixels that have no value: the background of a depth.
+const NOTHING: [u8; 3] = [0x3c, 0x3c, 0x40];
+
+/// A picture of 8 bits a colour, with its legend if it has one.
 pub(crate) struct Shot {
     pub(crate) width: usize,
     pub(crate) height: usize,
     pub(crate) bytes: Vec<u8>,
-    pub(crate) legend: Option<[f32; 2]>,
+    /// What the colours say, for the page.
+    pub(crate) legend: Value,
 }
 
 pub(crate) fn tone_mapping(exposure_ev: f32, filmic: bool) -> ToneMapping {
@@ -28,20 +33,27 @@ pub(crate) fn tone_mapping(exposure_ev: f32, filmic: bool) -> ToneMapping {
 
 /// As the eye sees it.
 pub(crate) fn color(film: &Film, mapping: &ToneMapping) -> Shot {
-    let image = film.image();
-    Shot { width: image.width, height: image.height, bytes: to_srgb_bytes(&image, mapping), legend: None }
+    of_image(&film.image(), mapping)
 }
 
-/// The names of the layers that can be shown, those that the technique left in its film included.
-pub(crate) fn layer_names(film: &Film) -> Vec<String> {
-    let mut names: Vec<String> = FEATURE_LAYERS.iter().map(|(name, _)| (*name).to_string()).collect();
-    for channel in film.layers.keys() {
-        let known = FEATURE_LAYERS.iter().any(|(_, channels)| channels.contains(&channel.as_str()));
-        if !known {
-            names.push(channel.clone());
-        }
-    }
-    names
+/// A stored picture as the eye sees it.
+pub(crate) fn of_image(image: &RgbImage, mapping: &ToneMapping) -> Shot {
+    let bytes = to_srgb_bytes(image, mapping);
+    Shot { width: image.width, height: image.height, bytes, legend: Value::Null }
+}
+
+/// The names of the layers that can be shown of a frame, those that the technique left in its film included.
+pub(crate) fn layer_names(frame: &Frame, own: &[String]) -> Vec<String> {
+    let can_fall_back =
+        frame.world.instances().iter().any(|instance| instance.geometry.as_rays().fallback().is_some());
+    let features = FEATURE_LAYERS.iter().map(|(name, _)| (*name).to_string());
+    features.filter(|name| name != "fallback" || can_fall_back).chain(own.iter().cloned()).collect()
+}
+
+/// The layers that a technique left in its film.
+pub(crate) fn own_layers(film: &Film) -> Vec<String> {
+    let known = |channel: &str| FEATURE_LAYERS.iter().any(|(_, channels)| channels.contains(&channel));
+    film.layers.keys().filter(|channel| !known(channel)).cloned().collect()
 }
 
 /// A layer in colours: normals as they are, colours as colours, everything else from dark to light.
@@ -52,26 +64,54 @@ pub(crate) fn layer(frame: &Frame, film: &mut Film, name: &str) -> Option<Shot> 
         let planes: Vec<&Vec<f32>> =
             channels.iter().filter_map(|channel| film.layers.get(*channel)).collect();
         return match (name, planes.as_slice()) {
-            ("normal", [x, y, z]) => Some(three([x, y, z], width, height, |v| 0.5 + 0.5 * v)),
-            ("albedo", [r, g, b]) => Some(three([r, g, b], width, height, halflight_image::srgb_encode)),
-            ("position", [x, y, z]) => Some(three([x, y, z], width, height, |v| v - v.floor())),
-            (_, [values]) => Some(scalar(values, width, height)),
+            ("normal", [x, y, z]) => {
+                let words = "x, y and z of the normal as red, green and blue; −1 is dark, 1 bright";
+                Some(three([x, y, z], width, height, words, |v| 0.5 + 0.5 * v))
+            }
+            ("albedo", [r, g, b]) => {
+                let words = "the share of the light that is given back, as a colour";
+                Some(three([r, g, b], width, height, words, halflight_image::srgb_encode))
+            }
+            ("position", [x, y, z]) => {
+                let words = "x, y and z as red, green and blue, from dark to bright within each metre";
+                Some(three([x, y, z], width, height, words, |v| v - v.floor()))
+            }
+            (name, [values]) => Some(scalar(values, width, height, unit(name))),
             _ => None,
         };
     }
-    film.layers.get(name).map(|values| scalar(values, width, height))
+    film.layers.get(name).map(|values| scalar(values, width, height, unit(name)))
 }
 
-fn three(planes: [&Vec<f32>; 3], width: usize, height: usize, to_display: impl Fn(f32) -> f32) -> Shot {
+/// What the numbers of a layer count.
+fn unit(name: &str) -> &'static str {
+    match name {
+        "depth" => "m",
+        "alpha" => "share that hits something",
+        "material" => "number of the material",
+        "samples" => "samples a pixel",
+        "variance" => "variance of radiance",
+        "fallback" => "share of hits by the mesh",
+        _ => "",
+    }
+}
+
+fn three(
+    planes: [&Vec<f32>; 3],
+    width: usize,
+    height: usize,
+    words: &str,
+    to_display: impl Fn(f32) -> f32,
+) -> Shot {
     let mut bytes = Vec::with_capacity(3 * width * height);
     for i in 0..width * height {
         bytes.extend(planes.map(|plane| (255.0 * to_display(plane[i])).clamp(0.0, 255.0).round() as u8));
     }
-    Shot { width, height, bytes, legend: None }
+    Shot { width, height, bytes, legend: json!({ "words": words }) }
 }
 
 /// Numbers in the colours of viridis, from the least to the greatest without a few outliers.
-fn scalar(values: &[f32], width: usize, height: usize) -> Shot {
+fn scalar(values: &[f32], width: usize, height: usize, unit: &str) -> Shot {
     let mut sorted: Vec<f32> = values.iter().copied().filter(|v| v.is_finite()).collect();
     sorted.sort_by(f32::total_cmp);
     let at =
@@ -80,9 +120,11 @@ fn scalar(values: &[f32], width: usize, height: usize) -> Shot {
     let table = viridis();
     let scale = if high > low { 255.0 / (high - low) } else { 0.0 };
     let color = |value: &f32| {
-        if value.is_finite() { table[((value - low) * scale).clamp(0.0, 255.0) as usize] } else { NO_VALUE }
+        if value.is_finite() { table[((value - low) * scale).clamp(0.0, 255.0) as usize] } else { NOTHING }
     };
-    Shot { width, height, bytes: values.iter().flat_map(color).collect(), legend: Some([low, high]) }
+    let nothing = sorted.len() < values.len();
+    let legend = json!({ "low": low, "high": high, "unit": unit, "map": "viridis", "nothing": nothing });
+    Shot { width, height, bytes: values.iter().flat_map(color).collect(), legend }
 }
 
 /// How the two sides differ: FLIP as its authors show it, with its mean.
@@ -90,14 +132,15 @@ pub(crate) fn flip_map(a: &RgbImage, b: &RgbImage, exposure_ev: f32) -> Option<(
     let map = flip(a, b, exposure_ev).ok()?;
     let table = magma();
     let bytes = map.map.values.iter().flat_map(|v| table[(255.0 * v).clamp(0.0, 255.0) as usize]).collect();
-    Some((Shot { width: a.width, height: a.height, bytes, legend: Some([0.0, 1.0]) }, map.mean))
+    let legend = json!({ "low": 0, "high": 1, "unit": "FLIP", "map": "magma", "nothing": false });
+    Some((Shot { width: a.width, height: a.height, bytes, legend }, map.mean))
 }
 
 /// Relative difference of the sides, in the colours of viridis.
 pub(crate) fn difference_map(a: &RgbImage, b: &RgbImage) -> Option<Shot> {
     let plane = halflight_image::metrics::relative_squared_error(a, b).ok()?;
     let roots: Vec<f32> = plane.values.iter().map(|v| v.max(0.0).sqrt()).collect();
-    Some(scalar(&roots, a.width, a.height))
+    Some(scalar(&roots, a.width, a.height, "difference, in parts of the right side"))
 }
 
 /// A picture as JPEG.

@@ -1,7 +1,7 @@
 //! The threads that talk to browsers: one accepts, one for each client.
 
 use std::io::ErrorKind;
-use std::net::{IpAddr, SocketAddr, TcpListener, TcpStream};
+use std::net::{IpAddr, SocketAddr, TcpListener, TcpStream, UdpSocket};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
@@ -11,7 +11,7 @@ use tungstenite::{Message, WebSocket};
 
 use crate::guard::{Claims, Guard};
 use crate::hub::{Asked, Hub, MAX_CLIENTS, Reply};
-use crate::wire::{self, Ask, MAX_FILE};
+use crate::wire::{self, Ask, MAX_AROUND, MAX_FILE};
 use crate::{Address, ViewError, http};
 
 /// How often a client's thread looks for something new to send.
@@ -20,8 +20,6 @@ const TICK: Duration = Duration::from_millis(3);
 const SEND_PATIENCE: Duration = Duration::from_secs(10);
 /// Connections served at once, clients among them.
 const MAX_CONNECTIONS: usize = 32;
-/// The name of a dropped file, at most.
-const MAX_NAME: usize = 255;
 
 const PAGE: &[u8] = include_bytes!("page/index.html");
 const STYLE: &[u8] = include_bytes!("page/style.css");
@@ -30,8 +28,8 @@ const SCRIPT: &[u8] = include_bytes!("page/app.js");
 /// A server that listens.
 pub(crate) struct Server {
     pub(crate) address: SocketAddr,
-    /// What a browser is to open.
-    pub(crate) url: String,
+    /// What a browser is to open, the likeliest first.
+    pub(crate) urls: Vec<String>,
 }
 
 /// Starts to listen; clients talk to the hub from then on.
@@ -41,18 +39,50 @@ pub(crate) fn start(wanted: Address, hub: Arc<Hub>) -> Result<Server, ViewError>
     let address = listener.local_addr().map_err(|error| ViewError::cannot_listen(asked, &error))?;
     let token = if address.ip().is_loopback() { None } else { Some(random_token()?) };
     let query = token.as_ref().map_or_else(String::new, |token| format!("?token={token}"));
-    let shown = match address.ip() {
-        IpAddr::V4(ip) if ip.is_unspecified() => {
-            SocketAddr::new(IpAddr::from([127, 0, 0, 1]), address.port())
-        }
-        _ => address,
-    };
+    let urls = names_of(address).into_iter().map(|name| format!("http://{name}/{query}")).collect();
     let guard = Guard::new(address, token);
     std::thread::Builder::new()
         .name("viewer".into())
         .spawn(move || accept(&listener, &guard, &hub))
         .map_err(|error| ViewError::cannot_listen(asked, &error))?;
-    Ok(Server { address, url: format!("http://{shown}/{query}") })
+    Ok(Server { address, urls })
+}
+
+/// What others call an address: itself; or for all interfaces of a machine, the interface that leads out, the name of the
+/// machine, and what it calls itself.
+fn names_of(address: SocketAddr) -> Vec<String> {
+    if !address.ip().is_unspecified() {
+        return vec![address.to_string()];
+    }
+    let port = address.port();
+    let mut names: Vec<String> =
+        outward(address.is_ipv6()).map(|ip| SocketAddr::new(ip, port).to_string()).into_iter().collect();
+    names.extend(machine_name().map(|name| format!("{name}:{port}")));
+    names.push(format!("127.0.0.1:{port}"));
+    if address.is_ipv6() {
+        names.push(format!("[::1]:{port}"));
+    }
+    names
+}
+
+/// The address of the interface that leads out. Nothing is sent: to connect a datagram socket only chooses the interface.
+fn outward(v6: bool) -> Option<IpAddr> {
+    let towards = |from: &str, to: &str| {
+        let socket = UdpSocket::bind(from).ok()?;
+        socket.connect(to).ok()?;
+        Some(socket.local_addr().ok()?.ip()).filter(|ip| !ip.is_unspecified() && !ip.is_loopback())
+    };
+    // Addresses that are set aside for documentation.
+    let four = || towards("0.0.0.0:0", "192.0.2.1:9");
+    if v6 { towards("[::]:0", "[2001:db8::1]:9").or_else(four) } else { four() }
+}
+
+/// What the machine is called, if that is a name that can stand in an address.
+fn machine_name() -> Option<String> {
+    let said = std::fs::read_to_string("/etc/hostname").ok().or_else(|| std::env::var("HOSTNAME").ok())?;
+    let name = said.trim();
+    let fits = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '.';
+    (!name.is_empty() && name.len() <= 253 && name.chars().all(fits)).then(|| name.to_string())
 }
 
 /// 128 random bits in hexadecimal digits.
@@ -133,22 +163,22 @@ fn talk(stream: TcpStream, hub: &Hub, client: u64) {
     if stream.set_read_timeout(Some(TICK)).is_err() {
         return;
     }
-    let limit = MAX_FILE + MAX_NAME + 1;
+    let limit = MAX_FILE + MAX_AROUND;
     let config = WebSocketConfig::default().max_message_size(Some(limit)).max_frame_size(Some(limit));
     let mut socket = WebSocket::from_raw_socket(stream, Role::Server, Some(config));
     let mut seen = [0; 4];
-    let mut had_controls = None;
+    let mut told = None;
     while !hub.is_stopped() {
         match socket.read() {
             Ok(Message::Text(text)) => take_text(hub, client, text.as_str()),
-            Ok(Message::Binary(bytes)) => take_file(hub, client, &bytes),
+            Ok(Message::Binary(bytes)) => take_files(hub, client, &bytes),
             Ok(Message::Close(_)) => return,
             Ok(_) => {}
             Err(tungstenite::Error::Io(error))
                 if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {}
             Err(_) => return,
         }
-        if send_news(&mut socket, hub, client, &mut seen, &mut had_controls).is_err() {
+        if send_news(&mut socket, hub, client, &mut seen, &mut told).is_err() {
             return;
         }
     }
@@ -157,7 +187,7 @@ fn talk(stream: TcpStream, hub: &Hub, client: u64) {
 
 fn take_text(hub: &Hub, client: u64, text: &str) {
     let outcome = wire::parse(text).and_then(|ask| {
-        if ask == Ask::Control {
+        if ask == (Ask::Control {}) {
             hub.take_controls(client);
             return Ok(());
         }
@@ -171,20 +201,18 @@ fn take_text(hub: &Hub, client: u64, text: &str) {
     }
 }
 
-/// A name, a zero byte, and what the file holds.
-fn take_file(hub: &Hub, client: u64, bytes: &[u8]) {
+/// Files that were dropped on the page.
+fn take_files(hub: &Hub, client: u64, bytes: &[u8]) {
     let outcome = (|| {
         if !hub.has_controls(client) {
-            return Err("another window has the controls");
+            return Err("another window has the controls".to_string());
         }
-        let end =
-            bytes.iter().take(MAX_NAME + 1).position(|&byte| byte == 0).ok_or("the file has no name")?;
-        let name = std::str::from_utf8(&bytes[..end]).map_err(|_| "the file's name is not text")?;
-        let file = Asked::File { name: name.into(), bytes: bytes[end + 1..].to_vec() };
-        if hub.ask(client, file) { Ok(()) } else { Err("too much was asked at once") }
+        let (header, files) = wire::unpack(bytes)?;
+        let asked = Asked::Files { files, reference: header.reference };
+        if hub.ask(client, asked) { Ok(()) } else { Err("too much was asked at once".into()) }
     })();
     if let Err(reason) = outcome {
-        hub.reply(client, Reply::Text(error(reason)));
+        hub.reply(client, Reply::Text(error(&reason)));
     }
 }
 
@@ -198,12 +226,12 @@ fn send_news(
     hub: &Hub,
     client: u64,
     seen: &mut [u64; 4],
-    had_controls: &mut Option<bool>,
+    told: &mut Option<(bool, usize)>,
 ) -> Result<(), tungstenite::Error> {
-    let controls = hub.has_controls(client);
-    if *had_controls != Some(controls) {
-        *had_controls = Some(controls);
-        let text = serde_json::json!({ "kind": "controls", "yours": controls, "windows": hub.clients() });
+    let (controls, windows) = (hub.has_controls(client), hub.clients());
+    if *told != Some((controls, windows)) {
+        *told = Some((controls, windows));
+        let text = serde_json::json!({ "kind": "controls", "yours": controls, "windows": windows });
         socket.send(Message::text(text.to_string()))?;
     }
     if let Some(state) = hub.state.after(&mut seen[3], Duration::ZERO) {

@@ -1,15 +1,19 @@
-//! One side of the picture: a technique, its settings, and the film that it fills.
+//! One side of the picture: a technique with its settings and the film that it fills, or a stored picture.
 
-use std::time::{Duration, Instant};
+use std::sync::Arc;
+use std::time::Duration;
 
+use halflight_image::RgbImage;
 use halflight_render::techniques::{self, TECHNIQUES};
-use halflight_render::{Budget, Film, Progress, Technique};
+use halflight_render::{Budget, Film, Technique};
 use halflight_scene::Frame;
-use halflight_scene::schema::Table;
+use halflight_scene::schema::{FieldDoc, Table};
 use serde_json::{Value, json};
 
 use crate::Stage;
 use crate::hub::Hub;
+use crate::job::{Done, Job, Kind, Order};
+use crate::pictures;
 
 /// Milliseconds that a picture may take while something moves: with what it costs to send it, less than a tenth of a
 /// second passes from the hand to the eye.
@@ -21,34 +25,49 @@ const SAMPLES_BY_PATHS: u32 = 4096;
 const SAMPLES_OF_LOOKS: u32 = 16;
 /// Milliseconds between the pictures that go out while one gets better.
 const BETWEEN: f64 = 250.0;
+/// A picture that takes longer than this is being prepared, and the page says so.
+const LONG: Duration = Duration::from_millis(350);
+
+/// A stored picture in the place of a technique.
+pub(crate) struct Reference {
+    pub(crate) name: String,
+    pub(crate) image: Arc<RgbImage>,
+}
 
 pub(crate) struct Shown {
     pub(crate) name: String,
     /// What was set here, beyond the scene.
     pub(crate) settings: Vec<(String, String)>,
+    /// Shown instead of what the technique makes.
+    pub(crate) reference: Option<Reference>,
     technique: Option<Box<dyn Technique>>,
+    /// Empty while a job has it.
     pub(crate) film: Film,
+    job: Option<Job>,
+    /// The layers that the technique left in its last film.
+    pub(crate) layers: Vec<String>,
+    /// A picture of what is there now has to be sketched.
+    pub(crate) outdated: bool,
     /// Why there is no picture.
     pub(crate) failed: Option<String>,
     pub(crate) notes: Vec<String>,
-    pub(crate) stages: Vec<(&'static str, Duration)>,
-    /// Milliseconds that the last picture took, and what a pixel costs.
+    /// Milliseconds of each stage, for one sample.
+    stages: Vec<(String, f64)>,
+    /// Milliseconds that a sample took, and what a pixel costs.
     pub(crate) milliseconds: f64,
     per_pixel: Option<f64>,
     pub(crate) moving: bool,
 }
 
-/// Ends the work as soon as somebody wants something else, unless something moves: then pictures have to be finished.
-struct Until<'a> {
-    hub: &'a Hub,
-    lively: bool,
-    stop: &'a (dyn Fn() -> bool + Sync),
-}
-
-impl Progress for Until<'_> {
-    fn stop(&self) -> bool {
-        (self.stop)() || (!self.lively && self.hub.is_asked())
-    }
+/// What became of a job.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Arrival {
+    /// A coarse picture.
+    Sketch,
+    /// A better picture at rest.
+    Better,
+    /// Nothing that could be shown.
+    Nothing,
 }
 
 impl Shown {
@@ -56,8 +75,12 @@ impl Shown {
         Self {
             name: name.into(),
             settings: Vec::new(),
+            reference: None,
             technique: None,
             film: Film::new(1, 1),
+            job: None,
+            layers: Vec::new(),
+            outdated: true,
             failed: None,
             notes: Vec::new(),
             stages: Vec::new(),
@@ -67,11 +90,21 @@ impl Shown {
         }
     }
 
-    /// Another technique, or the same for another scene: made again when it is needed.
+    /// What it is called on the page.
+    pub(crate) fn title(&self) -> &str {
+        self.reference.as_ref().map_or(&self.name, |reference| &reference.name)
+    }
+
+    /// The same technique for another scene or with other settings: made again when it is needed. Work under way is told
+    /// to stop, and what comes of it is dropped.
     pub(crate) fn forget(&mut self) {
+        if self.job.take().is_some() {
+            self.film = Film::new(1, 1);
+        }
         self.technique = None;
         self.failed = None;
         self.per_pixel = None;
+        self.outdated = true;
     }
 
     /// Changes a setting; one that the technique refuses leaves everything as it was.
@@ -87,29 +120,54 @@ impl Shown {
         Ok(())
     }
 
-    fn make(&mut self, stage: &Stage, progress: &dyn Progress) {
-        if self.technique.is_some() || self.failed.is_some() {
-            return;
-        }
-        let made = create(&self.name, stage, &self.settings).and_then(|mut technique| {
-            technique.prepare(&stage.scene, progress).map_err(|error| error.to_string())?;
-            Ok(technique)
-        });
-        match made {
-            Ok(technique) => self.technique = Some(technique),
-            Err(reason) => self.failed = Some(reason),
+    pub(crate) fn is_out(&self) -> bool {
+        self.job.is_some()
+    }
+
+    /// Work at the picture at rest ends soon, and keeps what it has.
+    pub(crate) fn hurry(&mut self) {
+        if let Some(job) = self.job.as_ref().filter(|job| job.kind != Kind::Sketch) {
+            job.cancel();
         }
     }
 
-    /// One sample a pixel at a size that keeps up with the hand.
+    /// The same, but of a picture that has nothing to show yet the first pass is finished: techniques that look at the whole
+    /// picture at once would never come to its end.
+    pub(crate) fn hurry_if_there_is_something(&mut self) {
+        if let Some(job) =
+            self.job.as_ref().filter(|job| matches!(job.kind, Kind::Refine { before } if before > 0))
+        {
+            job.cancel();
+        }
+    }
+
+    /// Things have moved: work that takes long for where they were ends.
+    pub(crate) fn give_up_if_long(&mut self) {
+        if let Some(job) = self.job.as_ref().filter(|job| job.begun.elapsed() > LONG) {
+            job.cancel();
+        }
+    }
+
+    /// What takes long, and for how many seconds it has.
+    pub(crate) fn busy(&self) -> Option<(String, f64)> {
+        let job = self.job.as_ref().filter(|job| job.begun.elapsed() > LONG)?;
+        (job.kind == Kind::Sketch || job.prepares()).then(|| (job.told(), job.begun.elapsed().as_secs_f64()))
+    }
+
+    /// Whether other work may go on beside this side's.
+    pub(crate) fn leaves_room(&self) -> bool {
+        self.job.as_ref().is_none_or(|job| job.begun.elapsed() > LONG && self.busy().is_some())
+    }
+
+    /// Begins one sample a pixel at a size that keeps up with the hand.
     pub(crate) fn sketch(
         &mut self,
-        stage: &Stage,
-        frame: &Frame,
+        stage: &Arc<Stage>,
+        frame: &Arc<Frame>,
         size: [usize; 2],
-        hub: &Hub,
-        stop: &(dyn Fn() -> bool + Sync),
+        hub: &Arc<Hub>,
     ) {
+        (self.outdated, self.failed) = (false, None);
         let full = (size[0] * size[1]) as f64;
         let wanted = self.per_pixel.map_or(0.25, |cost| (LIVELY / (cost * full)).sqrt());
         // In steps, so that the picture does not flicker between sizes.
@@ -117,20 +175,16 @@ impl Shown {
         let of = |side: usize| ((side as f64 * scale).round() as usize).max(1);
         self.film = Film::new(of(size[0]), of(size[1]));
         self.moving = true;
-        let budget = Budget { samples: Some(1), ..Budget::default() };
-        self.work(stage, frame, &budget, &Until { hub, lively: true, stop });
-        let cost = self.milliseconds / (self.film.width() * self.film.height()) as f64;
-        self.per_pixel = Some(self.per_pixel.map_or(cost, |before| 0.5 * (before + cost)));
+        self.begin(Kind::Sketch, 1, stage, frame, hub);
     }
 
-    /// Makes the picture at rest better; true if there is something new to show.
+    /// Begins to make the picture at rest better; false if it is as good as it gets.
     pub(crate) fn refine(
         &mut self,
-        stage: &Stage,
-        frame: &Frame,
+        stage: &Arc<Stage>,
+        frame: &Arc<Frame>,
         size: [usize; 2],
-        hub: &Hub,
-        stop: &(dyn Fn() -> bool + Sync),
+        hub: &Arc<Hub>,
     ) -> bool {
         if !self.wants_more(size) {
             return false;
@@ -143,19 +197,27 @@ impl Shown {
         let each = if before == 0 { f64::INFINITY } else { self.milliseconds.max(1.0) };
         let more = if each.is_finite() { (BETWEEN / each).clamp(1.0, f64::from(before)) as u32 } else { 1 };
         let samples = (before + more).min(self.most());
-        let budget = Budget { samples: Some(samples), ..Budget::default() };
-        self.work(stage, frame, &budget, &Until { hub, lively: false, stop });
-        let done = self.film.min_samples() - before;
-        if done > 0 {
-            self.milliseconds /= f64::from(done);
-        }
-        done > 0 || self.failed.is_some()
+        self.begin(Kind::Refine { before }, samples, stage, frame, hub);
+        true
     }
 
     /// Whether the picture at rest is not finished.
     pub(crate) fn wants_more(&self, size: [usize; 2]) -> bool {
         let other = self.moving || [self.film.width(), self.film.height()] != size;
-        self.failed.is_none() && (other || self.film.min_samples() < self.most())
+        self.reference.is_none()
+            && self.failed.is_none()
+            && (self.is_out() || other || self.film.min_samples() < self.most())
+    }
+
+    /// Whether there is a picture at rest, however rough, or never will be one.
+    pub(crate) fn has_settled(&self, size: [usize; 2]) -> bool {
+        self.reference.is_some()
+            || self.failed.is_some()
+            || (!self.is_out()
+                && !self.moving
+                && !self.outdated
+                && [self.film.width(), self.film.height()] == size
+                && self.film.min_samples() > 0)
     }
 
     fn most(&self) -> u32 {
@@ -167,35 +229,118 @@ impl Shown {
         matches!(self.name.as_str(), "path" | "covariance")
     }
 
-    fn work(&mut self, stage: &Stage, frame: &Frame, budget: &Budget, progress: &dyn Progress) {
-        self.make(stage, progress);
-        let Some(technique) = &self.technique else { return };
-        let begun = Instant::now();
-        match technique.render(frame, &mut self.film, budget, progress) {
-            Ok(report) => {
-                self.notes = report.notes;
-                self.stages = report.stages;
-            }
-            Err(error) => self.failed = Some(error.to_string()),
+    fn begin(&mut self, kind: Kind, samples: u32, stage: &Arc<Stage>, frame: &Arc<Frame>, hub: &Arc<Hub>) {
+        let technique = match self.technique.take() {
+            Some(technique) => (technique, true),
+            None => match create(&self.name, stage, &self.settings) {
+                Ok(technique) => (technique, false),
+                Err(reason) => return self.failed = Some(reason),
+            },
+        };
+        let order = Order {
+            technique,
+            film: std::mem::replace(&mut self.film, Film::new(1, 1)),
+            budget: Budget { samples: Some(samples), ..Budget::default() },
+            stage: Arc::clone(stage),
+            frame: Arc::clone(frame),
+        };
+        match Job::start(kind, order, Arc::clone(hub)) {
+            Ok(job) => self.job = Some(job),
+            Err(reason) => self.failed = Some(reason),
         }
-        self.milliseconds = 1e3 * begun.elapsed().as_secs_f64();
+    }
+
+    /// Takes in what a job has done, if it is done.
+    pub(crate) fn collect(&mut self) -> Option<Arrival> {
+        let job = self.job.as_ref()?;
+        let done = job.done()?;
+        let (kind, took_long) = (job.kind, job.begun.elapsed() > LONG);
+        self.job = None;
+        let Done { technique, film, outcome, seconds } = match done {
+            Ok(done) => done,
+            Err(reason) => {
+                self.failed = Some(reason);
+                return Some(Arrival::Better);
+            }
+        };
+        (self.technique, self.film) = (technique, film);
+        self.layers = pictures::own_layers(&self.film);
+        let report = match outcome {
+            Ok(report) => report,
+            Err(reason) => {
+                self.failed = Some(reason);
+                return Some(Arrival::Better);
+            }
+        };
+        let before = if let Kind::Refine { before } = kind { before } else { 0 };
+        let done = self.film.min_samples().saturating_sub(before);
+        if done == 0 && (report.interrupted || self.technique.is_none()) {
+            return Some(Arrival::Nothing);
+        }
+        let samples = f64::from(done.max(1));
+        self.milliseconds = 1e3 * seconds / samples;
+        let of_stage = |(name, time): &(&'static str, Duration)| {
+            ((*name).to_string(), 1e3 * time.as_secs_f64() / samples)
+        };
+        self.stages = report.stages.iter().map(of_stage).collect();
+        let known: f64 = self.stages.iter().map(|(_, time)| time).sum();
+        let rest = self.milliseconds - known;
+        if self.stages.is_empty() || rest > 0.02 * self.milliseconds {
+            let name = match (self.stages.is_empty(), self.name.as_str()) {
+                (true, "path") => "paths",
+                (true, _) => "all of it",
+                (false, _) => "the rest",
+            };
+            self.stages.push((name.into(), rest.max(0.0)));
+        }
+        self.notes = report.notes;
+        if kind != Kind::Sketch {
+            return Some(if done > 0 { Arrival::Better } else { Arrival::Nothing });
+        }
+        // What took long was prepared as well: it says nothing about the next picture.
+        if !took_long {
+            let cost = self.milliseconds / (self.film.width() * self.film.height()) as f64;
+            self.per_pixel = Some(self.per_pixel.map_or(cost, |before| 0.5 * (before + cost)));
+        } else if self.per_pixel.is_some_and(|_| job_repeats(&self.name)) {
+            self.per_pixel = None;
+        }
+        Some(Arrival::Sketch)
+    }
+
+    /// What is shown, if there is anything.
+    pub(crate) fn image(&self) -> Option<Arc<RgbImage>> {
+        match &self.reference {
+            Some(reference) => Some(Arc::clone(&reference.image)),
+            None if self.is_out() || self.failed.is_some() || self.film.min_samples() == 0 => None,
+            None => Some(Arc::new(self.film.image())),
+        }
     }
 
     /// What the page says beside the picture.
     pub(crate) fn header(&self) -> Value {
-        let stages: Vec<Value> =
-            self.stages.iter().map(|(name, time)| json!([name, 1e3 * time.as_secs_f64()])).collect();
+        if let Some(reference) = &self.reference {
+            return json!({
+                "technique": reference.name, "milliseconds": null, "samples": null, "stages": [],
+                "notes": [], "failed": null, "moving": false, "stored": true,
+            });
+        }
+        let error = self.film.relative_error().filter(|error| error.is_finite());
         json!({
             "technique": self.name,
             "milliseconds": self.milliseconds,
             "samples": self.film.min_samples(),
-            "relative_error": self.film.relative_error(),
-            "stages": stages,
+            "relative_error": error,
+            "stages": self.stages,
             "notes": self.notes,
             "failed": self.failed,
             "moving": self.moving,
         })
     }
+}
+
+/// Whether a technique works out things anew for each moment, so that the cost of a picture jumps.
+fn job_repeats(name: &str) -> bool {
+    name == "prt"
 }
 
 /// What the scene, the command line and the page say about a technique.
@@ -211,6 +356,13 @@ pub(crate) fn table_of(name: &str, stage: &Stage, settings: &[(String, String)])
     Ok(table)
 }
 
+/// The name of a technique with all its settings.
+pub(crate) fn identity(name: &str, stage: &Stage, settings: &[(String, String)]) -> Result<String, String> {
+    let entry = techniques::find(name).map_err(|error| error.to_string())?;
+    let table = table_of(name, stage, settings)?;
+    Ok(entry.create(&table).map_err(|error| error.to_string())?.identity)
+}
+
 fn create(name: &str, stage: &Stage, settings: &[(String, String)]) -> Result<Box<dyn Technique>, String> {
     let entry = techniques::find(name).map_err(|error| error.to_string())?;
     let table = table_of(name, stage, settings)?;
@@ -219,18 +371,37 @@ fn create(name: &str, stage: &Stage, settings: &[(String, String)]) -> Result<Bo
 
 /// The techniques with their settings, for the page.
 pub(crate) fn catalogue() -> Value {
+    let setting = |field: &FieldDoc| {
+        json!({
+            "key": field.name, "about": field.about, "kind": field.kind, "unit": field.unit,
+            "limits": field.limits, "default": field.default, "choices": choices(&field.kind),
+        })
+    };
     let techniques = TECHNIQUES.iter().map(|entry| {
-        let settings: Vec<Value> = entry
-            .settings()
-            .iter()
-            .map(|field| {
-                json!({
-                    "key": field.name, "about": field.about, "kind": field.kind, "unit": field.unit,
-                    "limits": field.limits, "default": field.default,
-                })
-            })
-            .collect();
+        let settings: Vec<Value> = entry.settings().iter().map(setting).collect();
         json!({ "name": entry.name, "settings": settings })
     });
     Value::Array(techniques.collect())
+}
+
+/// The values of a setting that takes but a few: of `` `"a"` or `"b"` ``, both, as they are written.
+fn choices(kind: &str) -> Option<Vec<String>> {
+    let word = |part: &str| part.trim().strip_prefix('`')?.strip_suffix('`').map(String::from);
+    kind.split(" or ").map(word).collect::<Option<Vec<_>>>().filter(|words| words.len() > 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn settings_of_few_values_are_told_from_others() {
+        let words = |kind| choices(kind).map(|words| words.join(" "));
+        assert_eq!(words("`\"table\"` or `\"closed-form\"`").as_deref(), Some("\"table\" \"closed-form\""));
+        assert_eq!(words("`true` or `false`").as_deref(), Some("true false"));
+        assert_eq!(words("a whole number"), None);
+        assert_eq!(words("a number or `\"auto\"`"), None);
+        let all = catalogue().to_string();
+        assert!(all.contains("\"choices\":[\"true\",\"false\"]"), "{all:.300}");
+    }
 }

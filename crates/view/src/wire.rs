@@ -1,8 +1,9 @@
 //! What the page asks for and what it is told.
 //!
-//! The page sends JSON texts, each one [`Ask`]; and a binary message for a file that was dropped on it: its name, a zero
-//! byte, its bytes. It gets JSON texts (`{"kind": "state", …}`, `"error"`, `"explain"`), and binary messages: four
-//! bytes with the length of a JSON header (little endian), the header, and the bytes of a picture or a file.
+//! The page sends JSON texts, each one [`Ask`]; and binary messages for files that were dropped on it. It gets JSON texts
+//! (`{"kind": "state", …}`, `"error"`, `"explain"`), and binary messages. Binary messages are four bytes with the length
+//! of a JSON header (little endian), the header, and the bytes of a picture or of files, one after the other. The header of
+//! files is [`Files`].
 
 use serde::{Deserialize, Serialize};
 
@@ -46,10 +47,10 @@ pub enum Ask {
         /// Down.
         y: f64,
     },
-    /// Back to the camera of the scene.
-    Home,
+    /// Back to the camera of the scene, which moves as the scene says.
+    Home {},
     /// Everything in view.
-    Frame,
+    Frame {},
     /// Vertical field of view.
     FieldOfView {
         /// From the bottom to the top edge.
@@ -115,6 +116,11 @@ pub enum Ask {
         /// As in a scene file.
         value: String,
     },
+    /// A stored picture on the right side, in place of a technique.
+    Reference {
+        /// A name of the list.
+        name: String,
+    },
     /// Two sides, or one.
     Compare {
         /// Whether there are two.
@@ -138,6 +144,9 @@ pub enum Ask {
         x: f64,
         /// From 0 at the top to 1.
         y: f64,
+        /// Which side is asked.
+        #[serde(default)]
+        side: Side,
     },
     /// Send a file: `exr` with all layers, or `png`.
     Save {
@@ -145,30 +154,35 @@ pub enum Ask {
         format: String,
     },
     /// Write a copy of the scene with this camera and these settings.
-    Keep,
+    Keep {},
     /// Open another scene of the list.
     Open {
         /// Its name.
         name: String,
     },
-    /// Swap the light or the material for those given; empty for the scene's own.
+    /// Swap the light for the one given; empty for the scene's own.
     Swap {
         /// A name of the list: `sky`, `studio`, `black`, or a file.
         #[serde(default)]
         environment: String,
+    },
+    /// Swap the material of an object for the one given; empty for the scene's own.
+    Material {
+        /// Its name in the scene.
+        object: String,
         /// A material as the command line takes it.
-        #[serde(default)]
         material: String,
     },
     /// Take the controls from whoever has them.
-    Control,
+    Control {},
 }
 
 /// A side of the picture.
-#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq, Eq)]
 #[serde(rename_all = "kebab-case")]
 pub enum Side {
     /// The left one, and the only one when nothing is compared.
+    #[default]
     A,
     /// The right one.
     B,
@@ -194,7 +208,7 @@ impl Ask {
             | Ask::Pan { x, y }
             | Ask::Look { x, y }
             | Ask::Focus { x, y }
-            | Ask::Explain { x, y } => x.is_finite() && y.is_finite(),
+            | Ask::Explain { x, y, .. } => x.is_finite() && y.is_finite(),
             Ask::Dolly { by } => by.is_finite(),
             Ask::Fly { by } => by.iter().all(|x| x.is_finite()),
             Ask::Move { by, .. } => by.iter().all(|x| x.is_finite()),
@@ -208,8 +222,53 @@ impl Ask {
 
     /// Whether somebody without the controls may ask it.
     pub(crate) fn only_looks(&self) -> bool {
-        matches!(self, Ask::Explain { .. } | Ask::Save { .. } | Ask::Control)
+        matches!(self, Ask::Explain { .. } | Ask::Save { .. } | Ask::Control {})
     }
+}
+
+/// What the header of dropped files says.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq, Eq)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Files {
+    /// Names and lengths; the first that can be shown is opened, the others are what it names.
+    files: Vec<(String, usize)>,
+    /// Whether the file is a picture to compare with.
+    #[serde(default)]
+    pub(crate) reference: bool,
+}
+
+/// Files of one drop at most, and bytes of a name.
+const MAX_FILES: usize = 64;
+const MAX_NAME: usize = 255;
+/// Bytes around files: the header with their names.
+pub(crate) const MAX_AROUND: usize = MAX_FILES * (MAX_NAME + 32);
+
+/// Files of one drop, by their names.
+pub(crate) type Dropped = Vec<(String, Vec<u8>)>;
+
+/// Takes a message with files apart.
+pub(crate) fn unpack(bytes: &[u8]) -> Result<(Files, Dropped), String> {
+    let wrong = |what: &str| format!("the files did not arrive whole: {what}");
+    let (length, rest) = bytes.split_first_chunk().ok_or_else(|| wrong("there is no header"))?;
+    let length = u32::from_le_bytes(*length) as usize;
+    if length > MAX_AROUND || length > rest.len() {
+        return Err(wrong("the header is too long"));
+    }
+    let (header, mut rest) = rest.split_at(length);
+    let header: Files = serde_json::from_slice(header).map_err(|error| wrong(&error.to_string()))?;
+    if header.files.is_empty() || header.files.len() > MAX_FILES {
+        return Err(format!("between one and {MAX_FILES} files can be dropped together"));
+    }
+    let mut files = Vec::with_capacity(header.files.len());
+    for (name, length) in &header.files {
+        if name.is_empty() || name.len() > MAX_NAME {
+            return Err("a file has no name, or too long a one".into());
+        }
+        let (file, after) = rest.split_at_checked(*length).ok_or_else(|| wrong("bytes are missing"))?;
+        files.push((name.clone(), file.to_vec()));
+        rest = after;
+    }
+    if rest.is_empty() { Ok((header, files)) } else { Err(wrong("there are too many bytes")) }
 }
 
 /// A picture or a file with its header, as it is sent.
@@ -249,9 +308,28 @@ mod tests {
             r#"{"do":"orbit","x":1,"y":1e999}"#,
             r#"{"do":"orbit","x":1,"y":2,"z":3}"#,
             r#"{"do":"move","object":"a","by":[1e39,0,0]}"#,
+            r#"{"do":"keep","x":1}"#,
+            r#"{"do":"home","x":1}"#,
+            r#"{"do":"frame","x":1}"#,
+            r#"{"do":"control","x":1}"#,
             &long,
         ] {
             assert!(parse(text).is_err(), "{text:.60}");
         }
+    }
+
+    #[test]
+    fn files_are_taken_apart_and_torn_ones_refused() {
+        let header = serde_json::json!({ "files": [["a.obj", 2], ["a.mtl", 3]] });
+        let whole = pack(&header, b"xxyyy");
+        let (_, files) = unpack(&whole).unwrap();
+        assert_eq!(files, [("a.obj".into(), b"xx".to_vec()), ("a.mtl".into(), b"yyy".to_vec())]);
+        for cut in 0..whole.len() {
+            assert!(unpack(&whole[..cut]).is_err(), "{cut}");
+        }
+        assert!(unpack(&pack(&header, b"xxyyyz")).is_err());
+        assert!(unpack(&pack(&serde_json::json!({ "files": [] }), b"")).is_err());
+        assert!(unpack(&pack(&serde_json::json!({ "files": [["a", usize::MAX]] }), b"")).is_err());
+        assert!(unpack(&[255; 8]).is_err());
     }
 }

@@ -5,12 +5,7 @@ mod plot;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use halflight::job::Stage;
-use halflight_render::Technique;
-use halflight_render::techniques::bandwidth::BandwidthTechnique;
-use halflight_render::techniques::covariance::Covariance;
-use halflight_scene::Frame;
-use halflight_scene::schema;
+use halflight_render::techniques::explain::explain;
 use serde_json::json;
 
 use crate::command::console::Console;
@@ -54,6 +49,15 @@ enum Explains {
     Covariance,
 }
 
+impl Explains {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Bandwidth => "bandwidth",
+            Self::Covariance => "covariance",
+        }
+    }
+}
+
 fn pixel(text: &str) -> Result<[usize; 2], String> {
     let parts = text.split_once(',').map(|(x, y)| (x.trim().parse(), y.trim().parse()));
     match parts {
@@ -69,10 +73,15 @@ pub(crate) fn run(args: &ExplainArgs, console: Console) -> Result<(), Failure> {
     let size = args.size.unwrap_or_else(|| stage.size());
     let frame = stage.frame(args.time)?;
     let [x, y] = args.pixel;
-    let text = match args.technique {
-        Explains::Bandwidth => bandwidth(&stage, &frame, [size.width, size.height], args.pixel)?,
-        Explains::Covariance => covariance(&stage, &frame, [size.width, size.height], args)?,
-    };
+    let name = args.technique.name();
+    let settings = stage.technique_settings(name)?;
+    let size_of = [size.width, size.height];
+    let found = explain((name, &settings), stage.scene(), &frame, size_of, args.pixel, &silent())
+        .map_err(Failure::failed)?;
+    if let (Some(steps), Some(path)) = (found.as_ref().and_then(|found| found.steps.as_ref()), &args.plot) {
+        plot::save(steps, path)?;
+    }
+    let text = found.map(|found| found.text);
     let text = text.ok_or_else(|| {
         let (w, h) = (size.width, size.height);
         Failure::usage(format!(
@@ -82,32 +91,6 @@ pub(crate) fn run(args: &ExplainArgs, console: Console) -> Result<(), Failure> {
     console.answer(text.trim_end());
     console.event("explain", json!({ "pixel": args.pixel, "text": text }));
     Ok(())
-}
-
-fn bandwidth(
-    stage: &Stage,
-    frame: &Frame,
-    size: [usize; 2],
-    pixel: [usize; 2],
-) -> Result<Option<String>, Failure> {
-    let settings = schema::read(&stage.technique_settings("bandwidth")?).map_err(Failure::failed)?;
-    let mut technique = BandwidthTechnique::new(settings);
-    technique.prepare(stage.scene(), &silent())?;
-    Ok(technique.explain(frame, size, pixel))
-}
-
-fn covariance(
-    stage: &Stage,
-    frame: &Frame,
-    size: [usize; 2],
-    args: &ExplainArgs,
-) -> Result<Option<String>, Failure> {
-    let settings = schema::read(&stage.technique_settings("covariance")?).map_err(Failure::failed)?;
-    let explained = Covariance::new(settings).explain(frame, size, args.pixel);
-    if let (Some(explained), Some(path)) = (&explained, &args.plot) {
-        plot::save(&explained.steps, path)?;
-    }
-    Ok(explained.map(|explained| explained.text))
 }
 
 #[cfg(test)]

@@ -21,7 +21,9 @@ def _numbers(name: str, value: npt.ArrayLike, kind: Any) -> npt.NDArray[Any]:
     try:
         array = np.asarray(value)
     except (ValueError, TypeError) as error:
-        raise TypeError(f"{name}: expected an array of numbers ({error})") from None
+        # NumPy may quote the whole of what it was given.
+        reason = str(error).splitlines()[0][:120]
+        raise TypeError(f"{name}: expected an array of numbers ({reason})") from None
     if array.dtype.kind not in "fiub":
         raise TypeError(f"{name}: expected an array of numbers, found {array.dtype}")
     if np.issubdtype(kind, np.integer):
@@ -60,6 +62,15 @@ def doubles(name: str, value: npt.ArrayLike, shape: tuple[int | None, ...]) -> D
     _shaped(name, array, shape)
     _finite(name, array)
     return array
+
+
+def unit(name: str, table: npt.NDArray[Any]) -> None:
+    """Refuses rows of three numbers whose length is not 1."""
+    lengths = np.linalg.norm(table, axis=-1)
+    off = np.abs(lengths - 1.0) > 1e-4
+    if off.any():
+        row = int(np.argmax(off))
+        raise ValueError(f"{name}: expected directions of length 1, found {lengths[row]:.6g} in row {row}")
 
 
 def whole_numbers(name: str, value: npt.ArrayLike, shape: tuple[int | None, ...]) -> npt.NDArray[np.uint32]:

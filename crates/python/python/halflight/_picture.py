@@ -114,7 +114,18 @@ class Picture:
         tone: Optional[str] = None,
         half: bool = False,
     ) -> None:
-        """Write .exr (all layers), .hdr or .png, whole or not at all; a tile as an .exr that knows its place."""
+        """Write .exr (all layers), .hdr or .png, whole or not at all; a tile as an .exr that knows its place.
+
+        Radiance that is not finite is refused.
+        """
+        wrong = ~np.isfinite(self.rgb).all(axis=-1) if "rgb" in self else np.zeros((1, 1), dtype=bool)
+        if wrong.any():
+            row, column = (int(i) for i in np.argwhere(wrong)[0])
+            count = int(wrong.sum())
+            raise _native.Error(
+                f"cannot write {os.fspath(path)}: the radiance of {count} pixel{'' if count == 1 else 's'} is not finite, "
+                f"first in row {row}, column {column}"
+            )
         chosen = self.exposure if exposure is None else exposure
         channels = [(name, np.ascontiguousarray(array)) for name, array in self.channels.items()]
         metadata = {"command": "halflight.render", **self.metadata}

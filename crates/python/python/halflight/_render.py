@@ -6,6 +6,8 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, Optional, Union
 
+import numpy as np
+
 from . import _native
 from ._picture import Picture
 from ._scene import SceneLike, as_scene, setting
@@ -45,22 +47,31 @@ def render(
     """
     if frame is not None and time is not None:
         raise _native.UsageError("a picture has one instant: say frame or time, not both")
+    for name, given in (("frame", frame), ("time", time), ("fps", fps)):
+        if given is not None and not math.isfinite(_number(name, given)):
+            raise _native.UsageError(f"{name}: expected a number, found {given}")
     if not fps > 0:
         raise _native.UsageError(f"fps: expected a number greater than 0, found {fps}")
-    for name, limit in (("samples", samples), ("seconds", seconds), ("error", error), ("threads", threads)):
-        if limit is not None and not limit > 0:
+    for name, limit in (("seconds", seconds), ("error", error)):
+        if limit is not None and not _number(name, limit) > 0:
             raise _native.UsageError(f"{name}: expected a number greater than 0, found {limit}")
-    if samples is not None and samples > 1 << 24:
-        raise _native.UsageError(f"samples: expected at most {1 << 24}, found {samples}")
-    if not 0 <= seed < 1 << 64:
+    for name, count, most in (("samples", samples, 1 << 24), ("threads", threads, 1024)):
+        if count is not None and not 1 <= _whole(name, count) <= most:
+            raise _native.UsageError(f"{name}: expected 1 to {most}, found {count}")
+    if not 0 <= _whole("seed", seed) < 1 << 64:
         raise _native.UsageError(f"seed: expected 0 to {(1 << 64) - 1}, found {seed}")
-    for name, instant_given in (("frame", frame), ("time", time), ("fps", fps)):
-        if instant_given is not None and not math.isfinite(instant_given):
-            raise _native.UsageError(f"{name}: expected a number, found {instant_given}")
+    if size is not None:
+        size = pair("size", size, "columns and rows, as in (640, 360)")
+    if tile is not None:
+        tile = pair("tile", tile, "a number and how many there are, as in (2, 8)")
+        if not 1 <= tile[0] <= tile[1]:
+            raise _native.UsageError(f"tile: expected (1, {tile[1]}) to ({tile[1]}, {tile[1]}), found {tile}")
+    if progress is not None and not callable(progress):
+        raise TypeError(f"progress: expected a function of (what, done, total), found {type(progress).__name__}")
     number = frame if frame is not None else (time * fps if time is not None else 0.0)
     instant = time if time is not None else number / fps
     stage = as_scene(scene)
-    names = layers if isinstance(layers, str) else ",".join(layers)
+    names = _names(layers)
     try:
         shown = _native.render(
             stage._native,
@@ -85,6 +96,45 @@ def render(
     return _picture(shown, stage, size, tile, samples)
 
 
+def _number(name: str, value: Any) -> float:
+    """A number, or an error that names the argument."""
+    if isinstance(value, bool) or not isinstance(value, (int, float, np.integer, np.floating)):
+        raise TypeError(f"{name}: expected a number, found {type(value).__name__}")
+    return float(value)
+
+
+def _whole(name: str, value: Any) -> int:
+    """A whole number, or an error that names the argument."""
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
+        raise TypeError(f"{name}: expected a whole number, found {type(value).__name__}")
+    return int(value)
+
+
+def pair(name: str, value: Any, what: str) -> tuple[int, int]:
+    """Two whole numbers from 1 on, or an error that names the argument."""
+    if isinstance(value, (str, bytes)) or not isinstance(value, Iterable):
+        raise TypeError(f"{name}: expected {what}, found {type(value).__name__}")
+    sides = [_whole(name, side) for side in value]
+    if len(sides) != 2:
+        raise _native.UsageError(f"{name}: expected {what}, found {len(sides)} number{'' if len(sides) == 1 else 's'}")
+    if not all(1 <= side < 1 << 32 for side in sides):
+        raise _native.UsageError(f"{name}: expected {what}, found ({sides[0]}, {sides[1]})")
+    return sides[0], sides[1]
+
+
+def _names(layers: Any) -> str:
+    """Names of layers as the native half takes them."""
+    if isinstance(layers, str):
+        return layers
+    if not isinstance(layers, Iterable):
+        raise TypeError(f"layers: expected names, found {type(layers).__name__}")
+    names = list(layers)
+    for name in names:
+        if not isinstance(name, str):
+            raise TypeError(f"layers: expected names, found {type(name).__name__}")
+    return ",".join(names)
+
+
 def _picture(
     shown: Any,
     scene: Any,
@@ -107,4 +157,5 @@ def frames(scene: SceneLike, first: int, last: int, technique: str = "path", **o
 
 def tile_size(tile: tuple[int, int], size: tuple[int, int]) -> tuple[int, int, int, int]:
     """Left column, top row, columns and rows of a tile of a picture of that size."""
-    return _native.tile_region(tile, size)
+    part = pair("tile", tile, "a number and how many there are, as in (2, 8)")
+    return _native.tile_region(part, pair("size", size, "columns and rows, as in (640, 360)"))

@@ -60,7 +60,10 @@ class Scene:
         path = os.path.join(home.name, "scene.toml")
         with open(path, "w", encoding="utf-8") as file:
             file.write(self.text)
-        self._open(path, simd=simd, set=_settings(set))
+        try:
+            self._open(path, simd=simd, set=_settings(set))
+        except _native.Error as error:
+            raise type(error)(_without(home.name, str(error))) from None
 
     @classmethod
     def load(
@@ -163,6 +166,14 @@ class Scene:
 
     def __repr__(self) -> str:
         return f"Scene({self.name!r}, hash {self.hash})"
+
+
+def _without(folder: str, message: str) -> str:
+    """A message without the place where the text of a scene of Python objects lies for the renderer, which nobody sees."""
+    for place in (os.path.realpath(folder), folder):
+        scene = os.path.join(place, "scene.toml")
+        message = message.replace(scene, "the scene of these tables").replace(place + os.sep, "")
+    return message
 
 
 def _reopened(path: str, options: dict[str, Any]) -> Scene:

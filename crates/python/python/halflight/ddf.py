@@ -56,7 +56,11 @@ class Field:
     def query(self, origins: npt.ArrayLike, directions: npt.ArrayLike) -> tuple[Floats, Floats]:
         """Distances (n,) along rays, infinite where nothing is met, and unit normals (n, 3), zero there."""
         starts = floats("origins", origins, (None, 3))
-        return self._native.query(starts, floats("directions", directions, (len(starts), 3)))
+        towards = floats("directions", directions, (len(starts), 3))
+        nowhere = ~towards.any(axis=1)
+        if nowhere.any():
+            raise ValueError(f"directions: row {int(np.argmax(nowhere))} has no direction, it is zero")
+        return self._native.query(starts, towards)
 
     def is_visible(self, origins: npt.ArrayLike, directions: npt.ArrayLike) -> npt.NDArray[np.bool_]:
         """Whether rays meet the surface: (n,)."""

@@ -89,7 +89,10 @@ def eigenvalues(matrices: npt.ArrayLike) -> Doubles:
 
 def phong_bandwidth(exponents: npt.ArrayLike) -> Floats:
     """Angular bandwidth of Phong lobes, cycles per radian: (n,)."""
-    return _native.frequency_phong(floats("exponents", exponents, (None,)).tolist())
+    table = floats("exponents", exponents, (None,))
+    if table.size and table.min() < 0:
+        raise ValueError(f"exponents: expected numbers from 0 on, found {table.min():.6g}")
+    return _native.frequency_phong(table.tolist())
 
 
 def lobe(kind: str, value: float, cos: float = 1.0) -> tuple[float, float, float]:

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _native
-from ._arrays import Doubles, coefficients, doubles, floats, rows
+from ._arrays import Doubles, coefficients, doubles, floats, rows, unit
 
 __all__ = [
     "basis",
@@ -33,14 +33,24 @@ __all__ = [
 
 
 def _order(order: int) -> int:
+    if isinstance(order, bool) or not isinstance(order, (int, np.integer)):
+        raise TypeError(f"order: expected a whole number, found {type(order).__name__}")
     if not 1 <= order <= 8:
         raise ValueError(f"order: expected 1 to 8, found {order}")
     return int(order)
 
 
+def _angles(half_angles: npt.ArrayLike) -> list[float]:
+    angles = doubles("half_angles", half_angles, (None,))
+    if angles.size and not (0 <= angles.min() and angles.max() <= np.pi):
+        raise ValueError(f"half_angles: expected 0 to π radians, found {angles.min():.6g} to {angles.max():.6g}")
+    return list(angles.tolist())
+
+
 def basis(directions: npt.ArrayLike, order: int) -> Doubles:
     """Values of all harmonics along (..., 3) unit directions: (..., order²)."""
     table, shape = rows("directions", directions, 3)
+    unit("directions", table)
     return _native.sh_basis(table, _order(order)).reshape(*shape, order * order)
 
 
@@ -101,9 +111,14 @@ def log(functions: npt.ArrayLike, floor: float = 1e-3) -> Doubles:
 
 
 def exp(functions: npt.ArrayLike) -> Doubles:
-    """Exponentials by eigenvalues of the product matrix."""
+    """Exponentials by eigenvalues of the product matrix; refuses functions whose exponential no number can hold."""
     table, shape, order = coefficients("functions", functions)
-    return _native.sh_exp(table).reshape(*shape, order * order)
+    with np.errstate(all="ignore"):
+        out = _native.sh_exp(table)
+    if not np.isfinite(out).all():
+        found = np.abs(table).max()
+        raise ValueError(f"functions: the exponential overflows (the largest coefficient is {found:.3g})")
+    return out.reshape(*shape, order * order)
 
 
 def convolve(functions: npt.ArrayLike, zonal: npt.ArrayLike) -> Doubles:
@@ -126,9 +141,11 @@ def convert(functions: npt.ArrayLike, to: str, *, source: str = "halflight") -> 
 
 def cap(half_angles: npt.ArrayLike, order: int) -> Doubles:
     """Zonal coefficients of caps about +z, 1 within the half angle (radians) and 0 beyond: (n, order)."""
-    return _native.sh_cap(doubles("half_angles", half_angles, (None,)).tolist(), _order(order))
+    return _native.sh_cap(_angles(half_angles), _order(order))
 
 
 def log_cap(half_angles: npt.ArrayLike, order: int, floor: float = 1e-3) -> Doubles:
     """Zonal logarithms of the visibility beside spheres of those half angles: (n, order)."""
-    return _native.sh_log_cap(doubles("half_angles", half_angles, (None,)).tolist(), floor, _order(order))
+    if not (floor > 0 and np.isfinite(floor)):
+        raise ValueError(f"floor: expected a number greater than 0, found {floor}")
+    return _native.sh_log_cap(_angles(half_angles), floor, _order(order))

@@ -2,6 +2,7 @@
 
 pub mod bandwidth;
 pub mod covariance;
+pub mod explain;
 pub mod path;
 pub mod prt;
 pub mod shadow_fields;

@@ -274,20 +274,10 @@ fn spec_from_text(text: &str) -> Result<MaterialSpec, SceneError> {
         let value = Value { origin: origin.clone(), kind: Kind::Text(String::new()) };
         return Ok(spec::plain(spec::measured(FilePath::named(trimmed, &origin)), &value));
     }
-    let mut parts = parts_of(trimmed).into_iter();
-    let name = parts.next().unwrap_or_default();
+    let (kind, parts) = kind_and_keys(trimmed);
     let mut table = Table { origin: origin.clone(), entries: Vec::new() };
-    // A metal's name alone is that metal.
-    let kind = if halflight_material::metal(name).is_some() {
-        table.assign("--material", &format!("metal={name}"))?;
-        "conductor"
-    } else if name == "glass" {
-        "dielectric"
-    } else {
-        name
-    };
     for part in parts {
-        table.assign("--material", part)?;
+        table.assign("--material", &part)?;
     }
     table.entries.push(schema::Entry {
         name: "type".into(),
@@ -297,6 +287,37 @@ fn spec_from_text(text: &str) -> Result<MaterialSpec, SceneError> {
     let mut reader = Reader::new();
     let spec = MaterialSpec::read_table(&table, None, &mut reader);
     Ok(reader.finish(spec)?)
+}
+
+/// The type that a text names, and its keys as `key=value`: a metal's name alone is that metal.
+fn kind_and_keys(text: &str) -> (&str, Vec<String>) {
+    let mut parts = parts_of(text).into_iter();
+    let name = parts.next().unwrap_or_default();
+    let keys = parts.map(String::from);
+    if halflight_material::metal(name).is_some() {
+        ("conductor", std::iter::once(format!("metal={name}")).chain(keys).collect())
+    } else {
+        (if name == "glass" { "dielectric" } else { name }, keys.collect())
+    }
+}
+
+/// The same as a table of one line, as a scene file would have it: `{ type = "phong", exponent = 40 }`.
+pub(crate) fn material_as_toml(text: &str) -> String {
+    let trimmed = text.trim();
+    let quoted = |text: &str| toml::Value::String(text.into()).to_string();
+    if halflight_file::extension(Path::new(trimmed)) == "binary" && !trimmed.contains('=') {
+        return format!("{{ type = \"measured\", file = {} }}", quoted(trimmed));
+    }
+    let (kind, keys) = kind_and_keys(trimmed);
+    let mut table = format!("{{ type = {}", quoted(kind));
+    for part in keys {
+        let (key, value) = part.split_once('=').unwrap_or((&part, ""));
+        let (key, value) = (key.trim(), value.trim());
+        let is_toml = format!("x = {value}").parse::<toml::Table>().is_ok();
+        let value = if is_toml { value.to_string() } else { quoted(value) };
+        table += &format!(", {key} = {value}");
+    }
+    table + " }"
 }
 
 /// Splits `phong exponent=40` and `phong:exponent=40,diffuse=[1, 0, 0]` at blanks, colons and commas outside brackets.

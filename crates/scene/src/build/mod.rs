@@ -33,7 +33,7 @@ pub(crate) use environment::{environment, environment_image, sky_of, studio};
 pub(crate) use heights::{HeightSource, relief};
 pub(crate) use lights::LightRig;
 use materials::default_material;
-pub(crate) use materials::material_from_text;
+pub(crate) use materials::{material_as_toml, material_from_text};
 pub(crate) use meshes::{MeshPart, ModelShape, built_once};
 pub(crate) use shapes::{Form, Object, facing_up};
 
