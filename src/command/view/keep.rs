@@ -206,8 +206,9 @@ fn command_line(scene: &mut Table, changes: &SceneArgs) -> Result<(), String> {
         let keys: Vec<&str> = technique.iter().copied().chain(keys).collect();
         assign(scene, &keys, parsed(value))?;
     }
-    for (name, field) in &changes.shape {
-        assign(scene, &["shape", name, "field"], whole(Path::new(field)).into())?;
+    for (name, file) in &changes.shape {
+        let key = if halflight_file::extension(Path::new(file)) == "ddf" { "field" } else { "file" };
+        assign(scene, &["shape", name, key], whole(Path::new(file)).into())?;
     }
     let Some(text) = &changes.material else { return Ok(()) };
     let named = text
