@@ -128,7 +128,8 @@ fn around(
         return 0.0;
     }
     // Both lists fall in frequency: merge them from the top.
-    let mut needed = TAIL * total;
+    let tail = TAIL * total;
+    let mut needed = tail;
     let (mut i, mut j) = (0, 0);
     let mut last = 0.0;
     while i < count || j < count {
@@ -145,7 +146,7 @@ fn around(
             (vertical, down[j - 1])
         };
         if power > 0.0 && power >= needed {
-            return rule.frequency(upper, needed, power);
+            return rule.frequency(upper, needed, power, tail);
         }
         needed -= power;
         last = if upper > 0.0 { upper } else { last };

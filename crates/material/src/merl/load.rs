@@ -58,7 +58,10 @@ impl MeasuredBrdf {
                     let color = ["red", "green", "blue"][channel];
                     return Err(error(format!("the {color} value of {} is {stored}", cell_name(index)))
                         .at(Place::Byte(byte as u64))
-                        .hint("every value of a MERL file is a finite number; the file is damaged"));
+                        .hint(format!(
+                            "every value of a MERL file is a finite number that scales to at most {MAX_REFLECTANCE:e} per \
+                             steradian; the file is damaged"
+                        )));
                 }
                 if stored < 0.0 {
                     measured[index] = false;

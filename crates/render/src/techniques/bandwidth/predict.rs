@@ -43,15 +43,17 @@ const LOCAL: u32 = 8;
 pub(super) const COARSEST: i32 = 4;
 /// Fewest and most samples of each kind of light.
 pub(super) const FEWEST: u32 = GROUP as u32;
+/// Fewest of convolved light: all pixels take the same, and of fewer what they miss shows where the number changes.
+const FEWEST_FILTERED: u32 = 64;
 /// A pixel darker than this share of the mean needs no smaller error than one that has it.
 const DARK: f32 = 0.1;
 /// At an error of 4 % pixels are shaded this much more densely than Nyquist's rate: what lies between is interpolated
 /// linearly, which needs more than a sinc does. Chosen by `halflight bench bandwidth`.
 const DENSITY: f32 = 1.5;
 /// Light that was convolved with the gaps between samples has hardly any noise that their even distribution leaves.
-const STRATIFIED: f32 = 0.16;
+const STRATIFIED: f32 = 0.5;
 /// The variance that is told is so many times what the directions tell, as they are few and neighbours of what they mean.
-const CAUTION: f32 = 2.0;
+const CAUTION: f32 = 2.1;
 /// Squared relative error of one sample of a lobe so sharp that it sees a sun or does not.
 const FOUND: f32 = 4.0;
 /// The error at which it is that.
@@ -313,7 +315,8 @@ impl<'a> Judge<'a> {
             let number = parts * judged.variance[kind] / (error * error)
                 * if filtered && kind == 0 { STRATIFIED } else { 1.0 };
             // Converting saturates, NaN becomes 0.
-            let whole = (number.ceil() as u32).clamp(FEWEST, MOST_SAMPLES as u32);
+            let least = if filtered && kind == 0 { FEWEST_FILTERED } else { FEWEST };
+            let whole = (number.ceil() as u32).clamp(least, MOST_SAMPLES as u32);
             whole.next_multiple_of(FEWEST) as u16
         };
         let samples = match lobe.directions {
