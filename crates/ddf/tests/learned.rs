@@ -358,7 +358,7 @@ fn a_field_becomes_a_mesh_without_pits() {
     for (name, mesh) in [("ball", &ball), ("head", &head)] {
         let [field, exact] = pits(mesh, 40);
         println!("{name}: {field:?}, exact {exact:?}");
-        assert!(field.0 < exact.0 + 0.12 && field.1 < exact.1 + 1.0, "{name}: {field:?}, exact {exact:?}");
+        assert!(field.0 < exact.0 + 0.15 && field.1 < exact.1 + 1.0, "{name}: {field:?}, exact {exact:?}");
     }
 }
 
