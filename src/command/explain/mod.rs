@@ -19,7 +19,7 @@ pub(crate) struct ExplainArgs {
     /// A scene file, `demo:NAME` or a bare asset
     scene: PathBuf,
     /// Column and row of the pixel, from 0 at the top left
-    #[arg(long, value_name = "X,Y", value_parser = pixel)]
+    #[arg(long, value_name = "X,Y", value_parser = pixel, allow_hyphen_values = true)]
     pixel: [usize; 2],
     /// The technique that is to explain itself
     #[arg(short, long, value_enum, default_value_t)]

@@ -99,7 +99,8 @@ impl CameraRig {
         }
         let top = Vec3::from(self.pose(0.0).matrix3.y_axis);
         let axes = [Vec3::Y, Vec3::Z, Vec3::X, Vec3::NEG_Y, Vec3::NEG_Z, Vec3::NEG_X];
-        axes.into_iter().fold(Vec3::Y, |best, axis| if axis.dot(top) > best.dot(top) + 1e-3 { axis } else { best })
+        axes.into_iter()
+            .fold(Vec3::Y, |best, axis| if axis.dot(top) > best.dot(top) + 1e-3 { axis } else { best })
     }
 
     /// Whether the camera moves.
