@@ -45,14 +45,14 @@ pub(crate) fn simd(name: Option<&str>) -> PyResult<Simd> {
 #[pymethods]
 impl Stage {
     #[new]
-    #[pyo3(signature = (path, *, up_z = false, environment = None, material = None, fields = Vec::new(), set = Vec::new(), size = None, simd = None))]
+    #[pyo3(signature = (path, *, up_z = false, environment = None, material = None, shapes = Vec::new(), set = Vec::new(), size = None, simd = None))]
     fn new(
         py: Python<'_>,
         path: PathBuf,
         up_z: bool,
         environment: Option<PathBuf>,
         material: Option<String>,
-        fields: Vec<(String, String)>,
+        shapes: Vec<(String, String)>,
         set: Vec<String>,
         size: Option<(usize, usize)>,
         simd: Option<&str>,
@@ -60,7 +60,7 @@ impl Stage {
         let simd = self::simd(simd)?;
         let size = size.map(size_of).transpose()?;
         let up = if up_z { Up::Z } else { Up::Y };
-        let changes = Changes { up, environment, material, fields, set, size };
+        let changes = Changes { up, environment, material, shapes, set, size };
         let loaded = py.detach(|| Loaded::load(&path, &changes, simd)).map_err(of_job)?;
         Ok(Self { loaded, kept: Mutex::new(None) })
     }

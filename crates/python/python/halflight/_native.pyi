@@ -77,7 +77,7 @@ class Stage:
         up_z: bool = False,
         environment: Optional[str] = None,
         material: Optional[str] = None,
-        fields: list[tuple[str, str]] = ...,
+        shapes: list[tuple[str, str]] = ...,
         set: list[str] = ...,
         size: Optional[tuple[int, int]] = None,
         simd: Optional[str] = None,

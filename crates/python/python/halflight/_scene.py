@@ -72,7 +72,7 @@ class Scene:
         *,
         environment: Union[PathLike, npt.NDArray[Any], None] = None,
         material: Optional[str] = None,
-        fields: Optional[Mapping[str, PathLike]] = None,
+        shapes: Optional[Mapping[str, PathLike]] = None,
         set: Optional[Mapping[str, Any]] = None,
         up: str = "y",
         size: Optional[tuple[int, int]] = None,
@@ -80,8 +80,8 @@ class Scene:
     ) -> Scene:
         """Load a scene file, a bare asset or ``demo:NAME``, with the changes that the command's options make.
 
-        ``environment`` may be a latitude–longitude array, ``set`` has keys such as ``"camera.aperture_radius"``, ``fields``
-        puts fields in the place of meshes by the names of shapes, ``simd`` pins the instruction set.
+        ``environment`` may be a latitude–longitude array, ``set`` has keys such as ``"camera.aperture_radius"``, ``shapes``
+        puts fields (``.ddf``) or meshes in the place of shapes by their names, ``simd`` pins the instruction set.
         """
         if up not in ("y", "z"):
             raise _native.UsageError(f"up: there are y and z, not {up!r}")
@@ -96,7 +96,7 @@ class Scene:
             up_z=up == "z",
             environment=None if environment is None else os.fspath(environment),
             material=material,
-            fields=[(name, os.fspath(field)) for name, field in (fields or {}).items()],
+            shapes=[(name, os.fspath(file)) for name, file in (shapes or {}).items()],
             set=_settings(set),
             size=size,
             simd=simd,
