@@ -68,8 +68,9 @@ impl Covariance {
         let _ = write!(text, "{steps}");
         let limit = &look.edges[y * width + x];
         let shading = found.covariance.covariance();
-        let covariance = found.beside(&edge(limit, axes.direction(x, y), &axes));
-        let forecast = forecast(&covariance, &axes);
+        let edge = edge(limit, axes.direction(x, y), &axes);
+        let covariance = found.beside(&edge);
+        let forecast = forecast(&found, &edge, &axes);
         let shape = Shape::new(forecast.precision, self.settings.widest_filter);
         let mut mean = Steps::default();
         text.push('\n');

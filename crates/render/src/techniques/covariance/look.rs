@@ -48,6 +48,11 @@ pub(super) struct Edge {
 impl Edge {
     const NONE: Self = Self { offset: Vec2::splat(1e4), depth: 1.0, velocity: Vec3::ZERO, blur: 0.0 };
 
+    /// Whether it is nearer than so many pixels and deviations of what blurs it.
+    pub(super) fn is_within(&self, pixels: f32, deviations: f32) -> bool {
+        self.offset.length_squared() < pixels * pixels + deviations * deviations * self.blur
+    }
+
     fn rank(&self) -> f32 {
         self.offset.length_squared() + self.blur
     }
@@ -161,7 +166,7 @@ fn differ(a: &Seen, b: &Seen, pixel: f32) -> bool {
 
 /// The light whose shadows have the narrowest borders: a direction or a point, and the angle that it fills from afar.
 #[derive(Clone, Copy)]
-enum Narrow {
+pub(super) enum Narrow {
     Direction(Vec3, f32),
     Point(Vec3, f32),
 }
@@ -171,7 +176,7 @@ impl Narrow {
     const WIDEST: f32 = 0.2;
 
     /// The strongest of few samples of the lights.
-    fn of(frame: &Frame) -> Option<Self> {
+    pub(super) fn of(frame: &Frame) -> Option<Self> {
         let lights = &frame.lights;
         let near = lights
             .emitters()
@@ -201,7 +206,7 @@ impl Narrow {
     }
 
     /// Whether it reaches a point, and how wide the border of the shadow is if not.
-    fn reaches(self, frame: &Frame, vertex: &Vertex) -> (bool, f32) {
+    pub(super) fn reaches(self, frame: &Frame, vertex: &Vertex) -> (bool, f32) {
         let position = vertex.surface.position;
         let (ray, angle) = match self {
             Self::Direction(towards, angle) => (vertex.surface.spawn(towards, 0.5), angle),

@@ -13,6 +13,7 @@
 //! | `products` | textures and media that multiply light |
 //! | `film_axes` | the camera as the last operator |
 //! | `allocate`, `gather` | how many samples, and taking them |
+//! | `guides`, `regress` | what pixels show at first sight, and filters that follow it |
 //! | `reconstruct` | filters |
 //! | `spread` | footprints of textures at every vertex |
 //! | `photons` | density estimation, another method than all this |
@@ -24,12 +25,14 @@ mod allocate;
 mod explain;
 mod film_axes;
 mod gather;
+mod guides;
 mod lamps;
 mod look;
 mod photons;
 mod pilot;
 mod products;
 mod reconstruct;
+mod regress;
 mod settings;
 mod spread;
 #[cfg(test)]
@@ -56,7 +59,7 @@ use lamps::Lamps;
 use look::Look;
 use photons::Averaged;
 use pilot::{Forecast, Found, Pilots, forecast};
-use reconstruct::{Shape, reconstruct};
+use reconstruct::{Filters, Shape, reconstruct};
 
 /// Side of the cells, in pixels, that share their pilots.
 const CELL: usize = 4;
@@ -106,7 +109,7 @@ fn foretell(pilots: &Pilots, look: &Look, camera: &CameraSampler, count: u32) ->
             let found = around(&cells, [columns, rows], [x, y]);
             let ray = pilots.axes.direction(x, y);
             let edge = trail::edge(&look.edges[y * width + x], ray, pilots.axes);
-            *out = forecast(&found.beside(&edge), pilots.axes);
+            *out = forecast(&found, &edge, pilots.axes);
         }
     });
     (forecasts, cells.len() as u64 * u64::from(count) * 8)
@@ -166,11 +169,14 @@ impl Technique for Covariance {
         let (forecasts, rays) =
             stages.time("pilots", || foretell(&pilots, &look, &cameras[0], self.settings.pilots));
         report.rays += rays + (width * height) as u64;
-        let shapes: Vec<Shape> =
-            forecasts.iter().map(|f| Shape::new(f.precision, self.settings.widest_filter)).collect();
+        let shape = |precision| Shape::new(precision, self.settings.widest_filter);
+        let shapes: Vec<Shape> = forecasts.iter().map(|f| shape(f.precision)).collect();
         let filtered = self.settings.reconstruction == Reconstruction::Filtered;
+        let open: Vec<Shape> = forecasts.iter().map(|f| shape(f.open)).collect();
+        // Between what filters that heed edges gather and what guided ones do.
+        let gathered = |(shape, open): (&Shape, &Shape)| (shape.area(0.4) * open.area(0.4)).sqrt();
         let area: Vec<f32> =
-            shapes.iter().map(|shape| if filtered { shape.area(0.4) } else { 1.0 }).collect();
+            if filtered { shapes.iter().zip(&open).map(gathered).collect() } else { vec![1.0; shapes.len()] };
         let both = |squares: &[Square<Halves>]| flat(squares, width, Halves::both);
         let stop = || progress.stop() || deadline.passed();
         let pixels = (width * height) as u64;
@@ -209,9 +215,13 @@ impl Technique for Covariance {
         let samples = both(&squares);
         known.measure(&samples);
         let picture = filtered.then(|| {
+            let camera = CameraSampler::new(frame, width, height, budget.seed ^ guides::SEED);
+            let (guides, rays) = stages.time("guides", || guides::guides(frame, &axes, &look, &camera));
+            report.rays += rays;
             stages.time("filters", || {
-                let simd = frame.world.simd();
-                reconstruct(&halves, &shapes, [width, height], simd)
+                let filters =
+                    Filters { shapes: &shapes, open: &open, guides: &guides, size: [width, height] };
+                reconstruct(&halves, &filters, frame.world.simd())
             })
         });
         put(film, &samples, picture.as_ref());
@@ -299,6 +309,7 @@ fn add_layers(
     add("filter.wide", shapes.iter().map(|s| s.deviations[1]).collect());
     if let Some(picture) = picture {
         add("filter.scale", picture.scale.clone());
+        add("filter.guided", picture.guided.clone());
     }
 }
 

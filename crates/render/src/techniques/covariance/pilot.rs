@@ -47,6 +47,8 @@ impl Found {
 pub(super) struct Forecast {
     /// S = [xx, xy, yy] of the widest filter, in 1/pixels².
     pub(super) precision: [f32; 3],
+    /// The same as if there were no edges.
+    pub(super) open: [f32; 3],
     /// The share of the light's square that samples of this pixel, lens and shutter differ by.
     pub(super) varies: f32,
     /// √det of the spatial block, cycles per pixel squared.
@@ -56,18 +58,23 @@ pub(super) struct Forecast {
     pub(super) shutter: f32,
 }
 
-/// What a covariance at the film asks for.
-pub(super) fn forecast(covariance: &Covariance5, axes: &FilmAxes) -> Forecast {
+/// What the covariance at the film, and an edge there, ask for.
+pub(super) fn forecast(found: &Found, edge: &Covariance5, axes: &FilmAxes) -> Forecast {
     let windows = axes.windows();
-    let picture = remaining(covariance, &windows);
+    let covariance = &found.beside(edge);
+    // Lens and shutter are integrated; a pinhole's lens has nothing to integrate, so the block stands as it is.
+    let widest = |covariance: &Covariance5| {
+        let picture = remaining(covariance, &windows);
+        spatial_block(&picture).map(|v| (4.0 * PI * PI * v) as f32)
+    };
     let over = |axes: std::ops::Range<usize>| {
         let mut w = [0.0; 5];
         w[axes.clone()].copy_from_slice(&windows[axes]);
         (1.0 / (1.0 - variance_within(covariance, &w)).max(1e-6)) as f32
     };
     Forecast {
-        // Lens and shutter are integrated; a pinhole's lens has nothing to integrate, so the block stands as it is.
-        precision: spatial_block(&picture).map(|v| (4.0 * PI * PI * v) as f32),
+        precision: widest(covariance),
+        open: widest(&found.covariance.covariance()),
         varies: variance_within(covariance, &windows) as f32,
         density: sampling_density(spatial_block(covariance)) as f32,
         lens: over(2..4),

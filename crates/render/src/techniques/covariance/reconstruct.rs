@@ -5,6 +5,8 @@
 //! the samples say: with halves a and b, E (F[a] − b)² is the squared error of F[a] plus a variance of b that is the same for
 //! all scales. Its local mean picks the scale; so as samples grow the bias decides, and the picture goes to the truth.
 //!
+//! Beside these, guided filters are tried (`regress`), which edges do not narrow.
+//!
 //! Cost: one gather over two and a half standard deviations for all scales.
 
 use glam::{Vec2, Vec3};
@@ -13,12 +15,18 @@ use rayon::prelude::*;
 
 use super::allocate::FLOOR;
 use super::gather::Halves;
+use super::guides::Guides;
+use super::regress::{self, GuidedRow};
 
 /// Scales of the widest filter, as standard deviations; the first is none. Each is √½ of the next, so that its weights are the
 /// squares of the next one's.
 pub(super) const SCALES: [f32; 5] = [0.0, 0.353_553_4, 0.5, std::f32::consts::FRAC_1_SQRT_2, 1.0];
 /// A filter ends after so many standard deviations.
-const REACH: f32 = 2.5;
+pub(super) const REACH: f32 = 2.5;
+/// Filters that are tried: the plain ones, three guided ones of the widest shape without edges, and one of that with them.
+const TRIED: usize = SCALES.len() + 4;
+const OPEN: [f32; 3] = [1.0, 0.5, 0.25];
+const CLOSED: usize = TRIED - 1;
 /// Standard deviation over which errors are averaged before they are compared, pixels, from least to most, and what it is
 /// times the root of the samples: many samples tell edges by themselves that nobody has foretold.
 const JUDGE: [f32; 2] = [1.2, 3.5];
@@ -29,12 +37,14 @@ pub(super) struct Picture {
     pub(super) radiance: Vec<Vec3>,
     /// The scale of the filter of each pixel, 0 to 1.
     pub(super) scale: Vec<f32>,
+    /// The share of guided filters in it.
+    pub(super) guided: Vec<f32>,
 }
 
 /// The shape of a filter in pixels: principal axis and standard deviations.
 #[derive(Clone, Copy)]
 pub(super) struct Shape {
-    axis: Vec2,
+    pub(super) axis: Vec2,
     pub(super) deviations: [f32; 2],
 }
 
@@ -52,6 +62,11 @@ impl Shape {
         Self { axis, deviations: [deviation(mean + half), deviation(mean - half)] }
     }
 
+    /// Whether deviations are the same but for a twentieth.
+    fn is_about(&self, other: &Self) -> bool {
+        self.deviations.iter().zip(other.deviations).all(|(a, b)| (a - b).abs() <= 0.05 * b)
+    }
+
     /// Pixels that a filter of this scale takes together.
     pub(super) fn area(&self, scale: f32) -> f32 {
         let [a, b] = self.deviations.map(|d| (d * scale).max(0.28));
@@ -63,15 +78,21 @@ impl Shape {
 type Sums = [f32; 8];
 
 /// A picture by each half and by both.
-type Three = [Vec3; 3];
+pub(super) type Three = [Vec3; 3];
+
+/// What filters are made from, all of them rows from the top.
+pub(super) struct Filters<'a> {
+    /// The widest that covariance allows, and that which it would allow if there were no edges.
+    pub(super) shapes: &'a [Shape],
+    pub(super) open: &'a [Shape],
+    pub(super) guides: &'a [Guides],
+    pub(super) size: [usize; 2],
+}
 
 /// The filtered picture of the halves, rows from the top.
-pub(super) fn reconstruct(
-    pixels: &[Halves],
-    shapes: &[Shape],
-    [width, height]: [usize; 2],
-    simd: Simd,
-) -> Picture {
+pub(super) fn reconstruct(pixels: &[Halves], filters: &Filters, simd: Simd) -> Picture {
+    let Filters { shapes, open, guides, size } = *filters;
+    let [width, height] = size;
     let halves: Vec<Sums> = pixels
         .par_iter()
         .map(|pixel| {
@@ -79,30 +100,46 @@ pub(super) fn reconstruct(
             [a.0[0], a.0[1], a.0[2], a.1, b.0[0], b.0[1], b.0[2], b.1]
         })
         .collect();
-    let size = [width, height];
-    let mut filtered: Vec<[Three; SCALES.len()]> = vec![[[Vec3::ZERO; 3]; SCALES.len()]; pixels.len()];
+    let values = regress::values(pixels, guides);
+    let total = |at: usize| halves.iter().map(|s| f64::from(s[at])).sum::<f64>();
+    let first = (total(3) / (total(3) + total(7)).max(1e-12)) as f32;
+    let mut filtered: Vec<[Three; TRIED]> = vec![[[Vec3::ZERO; 3]; TRIED]; pixels.len()];
     filtered.par_chunks_mut(width).enumerate().for_each(|(y, out)| {
-        simd.run(Row { halves: &halves, shapes: &shapes[y * width..(y + 1) * width], size, y, out });
+        let of_row = y * width..(y + 1) * width;
+        let (shapes, open) = (&shapes[of_row.clone()], &open[of_row]);
+        simd.run(Row { halves: &halves, shapes, size, y, out });
+        let same = |x: usize| shapes[x].is_about(&open[x]);
+        let mut guided = |shapes, scale, wanted: &dyn Fn(usize) -> bool, at: usize| {
+            let put = &mut |x: usize, found| out[x][at] = found;
+            simd.run(GuidedRow { values: &values, shapes, scale, size, y, first, wanted, put });
+        };
+        for (k, scale) in OPEN.into_iter().enumerate() {
+            guided(open, scale, &|_| true, SCALES.len() + k);
+        }
+        guided(shapes, 1.0, &|x| !same(x), CLOSED);
+        for x in (0..width).filter(|&x| same(x)) {
+            out[x][CLOSED] = out[x][SCALES.len()];
+        }
     });
     let count: f64 = halves.iter().map(|s| f64::from(s[3] + s[7])).sum();
     let mean = (count / halves.len().max(1) as f64).max(1.0) as f32;
     let judge = (JUDGE_AT_ONE / mean.sqrt()).clamp(JUDGE[0], JUDGE[1]);
-    let errors: Vec<Vec<f32>> = (0..SCALES.len())
-        .map(|scale| {
+    let errors: Vec<Vec<f32>> = (0..TRIED)
+        .map(|tried| {
             let squared =
-                halves.par_iter().zip(&filtered).map(|(halves, all)| squared_error(halves, all, scale));
+                halves.par_iter().zip(&filtered).map(|(halves, all)| squared_error(halves, all, tried));
             smoothed(&squared.collect::<Vec<f32>>(), size, judge)
         })
         .collect();
     let mut radiance = vec![Vec3::ZERO; pixels.len()];
-    let mut scale = vec![0.0; pixels.len()];
+    let (mut scale, mut guided) = (vec![0.0; pixels.len()], vec![0.0; pixels.len()]);
     let chosen: Vec<usize> = (0..pixels.len())
-        .map(|i| (1..SCALES.len()).fold(0, |best, k| if errors[k][i] < errors[best][i] { k } else { best }))
+        .map(|i| (1..TRIED).fold(0, |best, k| if errors[k][i] < errors[best][i] { k } else { best }))
         .collect();
     for i in 0..pixels.len() {
         // The choices of neighbours are mixed, so that filters change gently.
         let (x, y) = (i % width, i / width);
-        let mut weights = [0.0f32; SCALES.len()];
+        let mut weights = [0.0f32; TRIED];
         for v in y.saturating_sub(1)..=(y + 1).min(height - 1) {
             for u in x.saturating_sub(1)..=(x + 1).min(width - 1) {
                 weights[chosen[v * width + u]] += 1.0;
@@ -111,10 +148,21 @@ pub(super) fn reconstruct(
         let total: f32 = weights.iter().sum();
         for (k, weight) in weights.into_iter().enumerate() {
             radiance[i] += filtered[i][k][2] * (weight / total);
-            scale[i] += SCALES[k] * weight / total;
+            scale[i] += scale_of(k) * weight / total;
+            if k >= SCALES.len() {
+                guided[i] += weight / total;
+            }
         }
     }
-    Picture { radiance, scale }
+    Picture { radiance, scale, guided }
+}
+
+/// Of a filter that is tried, relative to its widest.
+fn scale_of(tried: usize) -> f32 {
+    match tried.checked_sub(SCALES.len()) {
+        None => SCALES[tried],
+        Some(guided) => OPEN.get(guided).copied().unwrap_or(1.0),
+    }
 }
 
 /// A row of pixels, filtered.
@@ -123,7 +171,7 @@ struct Row<'a> {
     shapes: &'a [Shape],
     size: [usize; 2],
     y: usize,
-    out: &'a mut [[Three; SCALES.len()]],
+    out: &'a mut [[Three; TRIED]],
 }
 
 impl Kernel for Row<'_> {
@@ -173,7 +221,7 @@ impl Kernel for Row<'_> {
 
 /// exp(−x) for 0 ≤ x ≤ 4, to 1e-3 of itself: the sixteenth power of a short series.
 #[inline(always)]
-fn exponential(x: f32) -> f32 {
+pub(super) fn exponential(x: f32) -> f32 {
     // e^(−x/16) = 1 − y + y²/2 − y³/6, y ≤ ¼.
     let y = x * (1.0 / 16.0);
     let e = 1.0 - y * (1.0 - y * (0.5 - y * (1.0 / 6.0)));
@@ -192,9 +240,9 @@ fn means(s: &Sums) -> Three {
 
 /// (F[a] − b)² and (F[b] − a)², relative to the light there: that of the widest filter, the same for all, or a bright outlier
 /// would excuse itself.
-fn squared_error(halves: &Sums, all: &[Three; SCALES.len()], scale: usize) -> f32 {
+fn squared_error(halves: &Sums, all: &[Three; TRIED], tried: usize) -> f32 {
     let [a, b, _] = means(halves);
-    let [fa, fb, _] = all[scale];
+    let [fa, fb, _] = all[tried];
     let error = (fa - b).length_squared() + (fb - a).length_squared();
     error / (all[SCALES.len() - 1][2].length_squared() + FLOOR)
 }

@@ -89,7 +89,7 @@ fn pilots_bring_what_paths_bring() {
             let mut found = Found::default();
             let radiance = pilots.trace(ray, &mut sampler, &mut found, None);
             assert_eq!(radiance.to_array(), path.pixels[y * 48 + x], "{x} {y}");
-            let forecast = forecast(&found.covariance.covariance(), &axes);
+            let forecast = forecast(&found, &halflight_frequency::covariance::Covariance5::ZERO, &axes);
             assert!(forecast.precision.iter().all(|s| s.is_finite()));
             assert!((0.0..=1.0).contains(&forecast.varies), "{}", forecast.varies);
         }
