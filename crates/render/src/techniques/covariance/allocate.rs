@@ -152,8 +152,9 @@ impl Known {
     }
 }
 
-/// Within half of the widest filter, and always over the nearest neighbours a little.
+/// As far as the widest filter, and always over a deviation of two pixels: variances of four samples say too little alone. (Over
+/// 0.8 pixels ranks agree less well, by 0.01 to 0.07.)
 fn widened(s: [f32; 3]) -> [f32; 3] {
-    let mean = (0.5 * (s[0] + s[2])).clamp(0.05, 1.5);
+    let mean = (0.5 * (s[0] + s[2])).clamp(0.05, 0.25);
     [mean, 0.0, mean]
 }
