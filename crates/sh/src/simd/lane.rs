@@ -31,9 +31,10 @@ pub trait Lane: Real {
     fn round(self) -> Self;
     /// `table[index]` of whole numbers; indices out of range read some entry of the table, which is not empty.
     fn gather(table: &[f32], index: Self) -> Self;
-    /// What a table of rows of `columns` entries holds at (row, column), both whole numbers; places out of range read some
-    /// entry of the table, which is not empty. Unlike [`Lane::gather`] it reaches all of a table of more than 2²⁴ entries.
-    fn gather_grid(table: &[f32], columns: usize, row: Self, column: Self) -> Self;
+    /// What a table of rows of `columns` entries holds at (row, column), both whole numbers, and the entry after it, which
+    /// comes with it for little more; places out of range read some entries of the table, which has at least two. Unlike
+    /// [`Lane::gather`] it reaches all of a table of more than 2²⁴ entries.
+    fn gather_pairs(table: &[f32], columns: usize, row: Self, column: Self) -> [Self; 2];
     /// The sum of the lanes.
     fn sum(self) -> f32;
 
@@ -174,11 +175,15 @@ impl Lane for Plain {
         Plain(index.0.map(|i| table[(i as usize).min(table.len() - 1)]))
     }
     #[inline(always)]
-    fn gather_grid(table: &[f32], columns: usize, row: Self, column: Self) -> Self {
-        Plain(std::array::from_fn(|i| {
+    fn gather_pairs(table: &[f32], columns: usize, row: Self, column: Self) -> [Self; 2] {
+        assert!(table.len() >= 2);
+        let mut pairs = [Plain([0.0; 4]); 2];
+        for i in 0..4 {
             let place = (row.0[i] as usize).saturating_mul(columns).saturating_add(column.0[i] as usize);
-            table[place.min(table.len() - 1)]
-        }))
+            let place = place.min(table.len() - 2);
+            (pairs[0].0[i], pairs[1].0[i]) = (table[place], table[place + 1]);
+        }
+        pairs
     }
     #[inline(always)]
     fn sum(self) -> f32 {

@@ -247,14 +247,22 @@ impl Lane for Wide8 {
         }
     }
     #[inline(always)]
-    fn gather_grid(table: &[f32], columns: usize, row: Self, column: Self) -> Self {
-        assert!(!table.is_empty() && table.len() <= i32::MAX as usize);
-        // SAFETY: the unsigned minimum keeps every place within the table.
+    fn gather_pairs(table: &[f32], columns: usize, row: Self, column: Self) -> [Self; 2] {
+        assert!(table.len() >= 2 && table.len() <= i32::MAX as usize);
+        // SAFETY: the unsigned minimum keeps every place and the one after it within the table; loads need no alignment.
         unsafe {
-            let last = _mm256_set1_epi32(table.len() as i32 - 1);
+            let last = _mm256_set1_epi32(table.len() as i32 - 2);
             let first = _mm256_mullo_epi32(_mm256_cvtps_epi32(row.0), _mm256_set1_epi32(columns as i32));
-            let places = _mm256_add_epi32(first, _mm256_cvtps_epi32(column.0));
-            Wide8(_mm256_i32gather_ps::<4>(table.as_ptr(), _mm256_min_epu32(places, last)))
+            let places = _mm256_min_epu32(_mm256_add_epi32(first, _mm256_cvtps_epi32(column.0)), last);
+            let table = table.as_ptr().cast::<f64>();
+            let low = _mm256_i32gather_pd::<4>(table, _mm256_castsi256_si128(places));
+            let high = _mm256_i32gather_pd::<4>(table, _mm256_extracti128_si256::<1>(places));
+            let (low, high) = (_mm256_castpd_ps(low), _mm256_castpd_ps(high));
+            // Halves are still side by side: 0 1 4 5 | 2 3 6 7.
+            let here = _mm256_castps_pd(_mm256_shuffle_ps::<0b10_00_10_00>(low, high));
+            let next = _mm256_castps_pd(_mm256_shuffle_ps::<0b11_01_11_01>(low, high));
+            let here = _mm256_castpd_ps(_mm256_permute4x64_pd::<0b11_01_10_00>(here));
+            [Wide8(here), Wide8(_mm256_castpd_ps(_mm256_permute4x64_pd::<0b11_01_10_00>(next)))]
         }
     }
     #[inline(always)]
@@ -327,14 +335,21 @@ impl Lane for Wide16 {
         }
     }
     #[inline(always)]
-    fn gather_grid(table: &[f32], columns: usize, row: Self, column: Self) -> Self {
-        assert!(!table.is_empty() && table.len() <= i32::MAX as usize);
-        // SAFETY: the unsigned minimum keeps every place within the table.
+    fn gather_pairs(table: &[f32], columns: usize, row: Self, column: Self) -> [Self; 2] {
+        assert!(table.len() >= 2 && table.len() <= i32::MAX as usize);
+        // SAFETY: the unsigned minimum keeps every place and the one after it within the table; loads need no alignment.
         unsafe {
-            let last = _mm512_set1_epi32(table.len() as i32 - 1);
+            let last = _mm512_set1_epi32(table.len() as i32 - 2);
             let first = _mm512_mullo_epi32(_mm512_cvtps_epi32(row.0), _mm512_set1_epi32(columns as i32));
-            let places = _mm512_add_epi32(first, _mm512_cvtps_epi32(column.0));
-            Wide16(_mm512_i32gather_ps::<4>(_mm512_min_epu32(places, last), table.as_ptr()))
+            let places = _mm512_min_epu32(_mm512_add_epi32(first, _mm512_cvtps_epi32(column.0)), last);
+            let table = table.as_ptr().cast::<f64>();
+            let low = _mm512_i32gather_pd::<4>(_mm512_castsi512_si256(places), table);
+            let high = _mm512_i32gather_pd::<4>(_mm512_extracti64x4_epi64::<1>(places), table);
+            let (low, high) = (_mm512_castpd_ps(low), _mm512_castpd_ps(high));
+            let even = _mm512_setr_epi32(0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30);
+            let odd = _mm512_add_epi32(even, _mm512_set1_epi32(1));
+            let here = _mm512_permutex2var_ps(low, even, high);
+            [Wide16(here), Wide16(_mm512_permutex2var_ps(low, odd, high))]
         }
     }
     #[inline(always)]

@@ -151,8 +151,12 @@ impl HeightField {
         if !(min.is_finite() && max.is_finite() && in_range && posts_apart) {
             return Err(HeightFieldError::Extent { min, max });
         }
+        // All of a piece are counted, which vectors do faster than one of them looks for the first.
+        const PIECE: usize = 1 << 14;
         let bad = |h: &f32| !h.is_finite() || h.abs() > GREATEST;
-        if let Some(at) = self.heights.par_iter().position_first(bad) {
+        let bad_of = |piece: &[f32]| piece.iter().map(|h| u32::from(bad(h))).sum::<u32>();
+        if let Some(piece) = self.heights.par_chunks(PIECE).position_first(|piece| bad_of(piece) > 0) {
+            let at = piece * PIECE + self.heights[piece * PIECE..].iter().position(bad).unwrap_or(0);
             let height = self.heights[at];
             return Err(HeightFieldError::Height { column: at % columns, row: at / columns, height });
         }

@@ -23,12 +23,25 @@ impl HeightField {
 
     /// The least and the greatest height.
     pub fn height_range(&self) -> (f32, f32) {
-        let wider = |(low, high): (f32, f32), &h: &f32| (low.min(h), high.max(h));
-        let none = (f32::INFINITY, f32::NEG_INFINITY);
-        self.heights
-            .par_chunks(1 << 14)
-            .map(|chunk| chunk.iter().fold(none, wider))
-            .reduce(|| none, |a, b| (a.0.min(b.0), a.1.max(b.1)))
+        const LANES: usize = 16;
+        let none = ([f32::INFINITY; LANES], [f32::NEG_INFINITY; LANES]);
+        // Comparisons, not `f32::min`, which has more to say of NaN: there is none here.
+        let wider = |(mut low, mut high): ([f32; LANES], [f32; LANES]),
+                     (a, b): (&[f32; LANES], &[f32; LANES])| {
+            for i in 0..LANES {
+                low[i] = if a[i] < low[i] { a[i] } else { low[i] };
+                high[i] = if b[i] > high[i] { b[i] } else { high[i] };
+            }
+            (low, high)
+        };
+        let of_piece = |heights: &[f32]| {
+            let (lines, rest) = heights.as_chunks::<LANES>();
+            let found = lines.iter().fold(none, |found, line| wider(found, (line, line)));
+            rest.iter().fold(found, |found, &h| wider(found, (&[h; LANES], &[h; LANES])))
+        };
+        let pieces = self.heights.par_chunks(1 << 14).map(of_piece);
+        let (low, high) = pieces.reduce(|| none, |a, b| wider(a, (&b.0, &b.1)));
+        (low.into_iter().fold(f32::INFINITY, f32::min), high.into_iter().fold(f32::NEG_INFINITY, f32::max))
     }
 
     /// The corners of the box that holds the field.

@@ -47,6 +47,7 @@ impl DentedGround {
         let places = self.places(time_seconds);
         let square = self.radius * self.radius;
         let step = (grid.x(1) - grid.x(0)) as f32;
+        let columns: Vec<f32> = (0..grid.columns).map(|column| grid.x(column) as f32).collect();
         grid.rows_mut(heights, |_, z, line| {
             for place in &places {
                 let across = z as f32 - place.z;
@@ -56,12 +57,12 @@ impl DentedGround {
                 }
                 let column = |x: f32| ((x - grid.min.x) / step).clamp(0.0, grid.columns as f32) as usize;
                 let reach = half.sqrt();
-                for i in column(place.x - reach)..column(place.x + reach + step).min(grid.columns) {
-                    let along = grid.x(i) as f32 - place.x;
+                let near = column(place.x - reach)..column(place.x + reach + step).min(grid.columns);
+                for (height, x) in line[near.clone()].iter_mut().zip(&columns[near]) {
+                    let along = x - place.x;
                     let below = half - along * along;
-                    if below > 0.0 {
-                        line[i] = line[i].min(place.y - below.sqrt());
-                    }
+                    let underside = place.y - below.max(0.0).sqrt();
+                    *height = if below > 0.0 && underside < *height { underside } else { *height };
                 }
             }
         });

@@ -55,27 +55,33 @@ impl Level {
 pub(super) fn build(field: &HeightField, close: Option<&HeightField>) -> Vec<Level> {
     let (cells_x, cells_z) = field.cells();
     let (blocks_x, blocks_z) = (cells_x.div_ceil(4), cells_z.div_ceil(4));
-    let of_posts = |heights: &[f32], x: usize, z: usize| {
-        let (mut low, mut high) = (f32::INFINITY, f32::NEG_INFINITY);
-        let columns = 4 * x..(4 * x + 5).min(field.columns);
-        for row in 4 * z..(4 * z + 5).min(field.rows) {
-            for &h in &heights[row * field.columns..][columns.clone()] {
-                low = low.min(h);
-                high = high.max(h);
+    let (mut low, mut high) = (vec![0.0; blocks_x * blocks_z], vec![0.0; blocks_x * blocks_z]);
+    let lines = low.par_chunks_mut(blocks_x).zip(high.par_chunks_mut(blocks_x)).with_min_len(4);
+    lines.enumerate().for_each_with((Vec::new(), Vec::new()), |(least, most), (z, (low, high))| {
+        least.clear();
+        most.clear();
+        least.resize(field.columns, f32::INFINITY);
+        most.resize(field.columns, f32::NEG_INFINITY);
+        for heights in [Some(field), close].into_iter().flatten().map(|field| &field.heights) {
+            for row in 4 * z..(4 * z + 5).min(field.rows) {
+                let row = &heights[row * field.columns..][..field.columns];
+                // Comparisons, not `f32::min`, which has more to say of NaN: there is none here.
+                for ((least, most), &h) in least.iter_mut().zip(most.iter_mut()).zip(row) {
+                    *least = if h < *least { h } else { *least };
+                    *most = if h > *most { h } else { *most };
+                }
             }
         }
-        (low, high)
-    };
-    let finest = Level::build(blocks_x, blocks_z, |x, z| {
-        let (mut low, mut high) = of_posts(&field.heights, x, z);
-        if let Some(close) = close {
-            let at_close = of_posts(&close.heights, x, z);
-            (low, high) = (low.min(at_close.0), high.max(at_close.1));
+        for (x, (low, high)) in low.iter_mut().zip(high).enumerate() {
+            let columns = 4 * x..(4 * x + 5).min(field.columns);
+            let least = least[columns.clone()].iter().fold(f32::INFINITY, |a, &b| if b < a { b } else { a });
+            let most = most[columns].iter().fold(f32::NEG_INFINITY, |a, &b| if b > a { b } else { a });
+            // A height interpolated between posts may leave their interval by a few roundings.
+            let slack = 8.0 * f32::EPSILON * least.abs().max(most.abs()) + f32::MIN_POSITIVE;
+            (*low, *high) = (least - slack, most + slack);
         }
-        // A height interpolated between posts may leave their interval by a few roundings.
-        let slack = 8.0 * f32::EPSILON * low.abs().max(high.abs()) + f32::MIN_POSITIVE;
-        (low - slack, high + slack)
     });
+    let finest = Level::build(blocks_x, blocks_z, |x, z| (low[z * blocks_x + x], high[z * blocks_x + x]));
     let mut levels = vec![finest];
     loop {
         let below = &levels[levels.len() - 1];

@@ -10,6 +10,8 @@
 //! Mean error of σ ½°, of the irradiance 0.8 % of the unoccluded, at order 4. Cost: about a microsecond a point.
 //! Source: seed \[000\] with the corrections of Snyder & Nowrouzezahrai 2008; marching schedule measured.
 
+use std::sync::Arc;
+
 use glam::{Affine3A, Mat3, Vec2, Vec3};
 use halflight_sh::{Kernel, Lane, Rotation, Sh, Simd};
 use halflight_shape::HeightField;
@@ -24,11 +26,21 @@ const DOWN: f32 = -1e6;
 /// Stands for 1/0 in the inverse of a direction along an axis.
 const ENDLESS: f32 = 1e30;
 
+/// Rows that are worth a piece of work.
+const ROWS: usize = 16;
+
+/// Heights of a level: the finest is the field itself.
+enum Heights {
+    /// And one more, so that each has one after it.
+    Own(Vec<f32>),
+    OfField(Arc<HeightField>),
+}
+
 /// One level of the pyramid.
 struct Level {
     columns: usize,
     rows: usize,
-    heights: Vec<f32>,
+    heights: Heights,
     /// Posts of the finest level in one of this, along an axis.
     scale: f32,
 }
@@ -37,31 +49,63 @@ impl Level {
     /// Half as many posts along each axis, each the mean of four; of three or two at an odd border.
     fn coarser(&self) -> Self {
         let (columns, rows) = (self.columns.div_ceil(2), self.rows.div_ceil(2));
-        let heights = (0..columns * rows)
-            .into_par_iter()
-            .with_min_len(4096)
-            .map(|i| {
-                let (x, y) = (2 * (i % columns), 2 * (i / columns));
-                let (x1, y1) = ((x + 1).min(self.columns - 1), (y + 1).min(self.rows - 1));
-                let at = |x: usize, y: usize| self.heights[y * self.columns + x];
-                0.25 * (at(x, y) + at(x1, y) + at(x, y1) + at(x1, y1))
-            })
-            .collect();
-        Self { columns, rows, heights, scale: 2.0 * self.scale }
+        let mut heights = vec![0.0; columns * rows + 1];
+        heights[..columns * rows].par_chunks_mut(columns).with_min_len(ROWS).enumerate().for_each(
+            |(row, line)| {
+                let upper = self.row(2 * row);
+                let lower = self.row((2 * row + 1).min(self.rows - 1));
+                let pairs = upper.chunks_exact(2).zip(lower.chunks_exact(2));
+                for (mean, (upper, lower)) in line.iter_mut().zip(pairs) {
+                    *mean = 0.25 * (upper[0] + upper[1] + lower[0] + lower[1]);
+                }
+                if self.columns % 2 == 1 {
+                    line[columns - 1] = 0.5 * (upper[self.columns - 1] + lower[self.columns - 1]);
+                }
+            },
+        );
+        Self { columns, rows, heights: Heights::Own(heights), scale: 2.0 * self.scale }
     }
 
     /// This level and the next coarser one, mixed half and half, at the posts of this one.
     fn halfway(&self, coarser: &Level) -> Self {
-        let heights = (0..self.heights.len())
-            .into_par_iter()
-            .with_min_len(4096)
-            .map(|i| {
-                let (x, y) = ((i % self.columns) as f32, (i / self.columns) as f32);
-                let below = coarser.at(Vec2::new(0.5 * x - 0.25, 0.5 * y - 0.25));
-                0.5 * (self.heights[i] + below)
-            })
-            .collect();
-        Self { columns: self.columns, rows: self.rows, heights, scale: self.scale }
+        let mut heights = vec![0.0; self.columns * self.rows + 1];
+        let bands = heights[..self.columns * self.rows].par_chunks_mut(self.columns * ROWS).enumerate();
+        bands.for_each_with(Vec::new(), |mixed, (band, lines)| {
+            for (i, line) in lines.chunks_mut(self.columns).enumerate() {
+                let row = band * ROWS + i;
+                // The posts of this level stand a quarter of a step beside those of the coarser one.
+                let place = (0.5 * row as f32 - 0.25).clamp(0.0, (coarser.rows - 1) as f32);
+                let (upper, lower) =
+                    (coarser.row(place as usize), coarser.row((place as usize + 1).min(coarser.rows - 1)));
+                let part = place.fract();
+                // One more at each end, held at the border.
+                mixed.clear();
+                mixed.push(0.0);
+                mixed.extend(upper.iter().zip(lower).map(|(upper, lower)| upper + (lower - upper) * part));
+                mixed[0] = mixed[1];
+                mixed.push(mixed[coarser.columns]);
+                let near = mixed.windows(3).zip(line.chunks_mut(2).zip(self.row(row).chunks(2)));
+                for (around, (mix, fine)) in near {
+                    mix[0] = 0.5 * (fine[0] + around[0] + (around[1] - around[0]) * 0.75);
+                    if let [_, mix] = mix {
+                        *mix = 0.5 * (fine[1] + around[1] + (around[2] - around[1]) * 0.25);
+                    }
+                }
+            }
+        });
+        Self { columns: self.columns, rows: self.rows, heights: Heights::Own(heights), scale: self.scale }
+    }
+
+    fn row(&self, row: usize) -> &[f32] {
+        &self.heights()[row * self.columns..][..self.columns]
+    }
+
+    #[inline(always)]
+    fn heights(&self) -> &[f32] {
+        match &self.heights {
+            Heights::Own(heights) => heights,
+            Heights::OfField(field) => &field.heights,
+        }
     }
 
     /// [`Level::at`] for many places.
@@ -70,33 +114,17 @@ impl Level {
         let (zero, one) = (V::splat(0.0), V::splat(1.0));
         let (last_x, last_y) = (V::splat((self.columns - 1) as f32), V::splat((self.rows - 1) as f32));
         let (x, y) = (column.max(zero).min(last_x), row.max(zero).min(last_y));
-        // Whole numbers may round to the post before them: then the fraction is 1, and the height the same.
-        let (x0, y0) = ((x - V::splat(0.5)).round().max(zero), (y - V::splat(0.5)).round().max(zero));
-        let (x1, y1) = ((x0 + one).min(last_x), (y0 + one).min(last_y));
+        // Whole numbers may round to the post before them, and the last post is the second of its pair: then the fraction is
+        // 1, and the height the same.
+        let last_pair = (last_x - one).max(zero);
+        let x0 = (x - V::splat(0.5)).round().max(zero).min(last_pair);
+        let y0 = (y - V::splat(0.5)).round().max(zero);
+        let y1 = (y0 + one).min(last_y);
         let (fx, fy) = (x - x0, y - y0);
-        let (a, b) = (self.posts(y0, x0), self.posts(y0, x1));
-        let (c, d) = (self.posts(y1, x0), self.posts(y1, x1));
+        let [a, b] = V::gather_pairs(self.heights(), self.columns, y0, x0);
+        let [c, d] = V::gather_pairs(self.heights(), self.columns, y1, x0);
         let (top, bottom) = ((b - a).mul_add(fx, a), (d - c).mul_add(fx, c));
         (bottom - top).mul_add(fy, top)
-    }
-
-    #[inline(always)]
-    fn posts<V: Lane>(&self, row: V, column: V) -> V {
-        V::gather_grid(&self.heights, self.columns, row, column)
-    }
-
-    /// Bilinear, held at the border; `place` in posts of this level.
-    fn at(&self, place: Vec2) -> f32 {
-        let x = place.x.clamp(0.0, (self.columns - 1) as f32);
-        let y = place.y.clamp(0.0, (self.rows - 1) as f32);
-        let (x0, y0) = (x as usize, y as usize);
-        let (x1, y1) = ((x0 + 1).min(self.columns - 1), (y0 + 1).min(self.rows - 1));
-        let (fx, fy) = (x - x0 as f32, y - y0 as f32);
-        let (upper, lower) = (y0 * self.columns, y1 * self.columns);
-        let mix =
-            |row: usize| self.heights[row + x0] + (self.heights[row + x1] - self.heights[row + x0]) * fx;
-        let (top, bottom) = (mix(upper), mix(lower));
-        top + (bottom - top) * fy
     }
 }
 
@@ -111,19 +139,20 @@ pub(super) struct FieldVisibility {
     to_field: Affine3A,
     /// From the field's directions to the world's, where its axes are not the world's.
     turn: Option<Mat3>,
+    lowest: f32,
     highest: f32,
     instance: u32,
 }
 
 impl FieldVisibility {
     /// A field in the world, which is that instance; `None` if the transform cannot be undone.
-    pub(super) fn new(field: &HeightField, instance: u32, place: &Affine3A) -> Option<Self> {
+    pub(super) fn new(field: &Arc<HeightField>, instance: u32, place: &Affine3A) -> Option<Self> {
         let to_field = place.inverse();
         if !to_field.is_finite() {
             return None;
         }
-        let mut current =
-            Level { columns: field.columns, rows: field.rows, heights: field.heights.clone(), scale: 1.0 };
+        let heights = Heights::OfField(Arc::clone(field));
+        let mut current = Level { columns: field.columns, rows: field.rows, heights, scale: 1.0 };
         let mut levels = Vec::new();
         while current.columns.max(current.rows) > 2 {
             let next = current.coarser();
@@ -136,6 +165,7 @@ impl FieldVisibility {
         let linear = Mat3::from(place.matrix3);
         let columns = [linear.x_axis, linear.y_axis, linear.z_axis].map(Vec3::normalize_or_zero);
         let turn = Mat3::from_cols(columns[0], columns[1], columns[2]);
+        let (lowest, highest) = field.height_range();
         let upright = turn.abs_diff_eq(Mat3::IDENTITY, 1e-6);
         Some(Self {
             levels,
@@ -144,7 +174,8 @@ impl FieldVisibility {
             spacing: field.spacing(),
             to_field,
             turn: (!upright).then_some(turn),
-            highest: field.height_range().1,
+            lowest,
+            highest,
             instance,
         })
     }
@@ -188,8 +219,10 @@ impl FieldVisibility {
             let (near, far) = (near_x.max(near_z), far_x.min(far_z));
             // 0 where the ray does not go over the field.
             let reach = V::select(near.gt(far), V::splat(0.0), far);
-            let mut slopes = V::splat(DOWN);
             let above = self.highest - point.y;
+            // The last step, on the border, sees at least the lowest post.
+            let lowest = V::splat(self.lowest - point.y).over(reach);
+            let mut slopes = V::select(reach.gt(V::splat(0.0)), lowest, V::splat(DOWN));
             let (mut before, mut distance) = (0.0, self.spacing.min_element());
             for i in 0.. {
                 // A last step ends on the border.
@@ -200,6 +233,12 @@ impl FieldVisibility {
                 let open = V::select(reach.gt(V::splat(before)), hope, V::splat(-1.0)).gt(V::splat(0.0));
                 if !V::any(open) {
                     break;
+                }
+                // Nor is anything at this step: seen from above the field, most steps are near its foot and need no look.
+                let here = V::select(open, V::splat(above).less(slopes, to), V::splat(-1.0));
+                if !V::any(here.gt(V::splat(0.0))) {
+                    (before, distance) = (distance, distance * std::f32::consts::SQRT_2);
+                    continue;
                 }
                 let level = (i - 2 * KAPPA_OCTAVES).max(0) as usize;
                 let level = &self.levels[level.min(self.levels.len() - 1)];
@@ -278,6 +317,23 @@ mod tests {
     use super::super::wedge::border;
     use super::*;
 
+    impl Level {
+        /// Bilinear, held at the border; `place` in posts of this level.
+        fn at(&self, place: Vec2) -> f32 {
+            let x = place.x.clamp(0.0, (self.columns - 1) as f32);
+            let y = place.y.clamp(0.0, (self.rows - 1) as f32);
+            let (x0, y0) = (x as usize, y as usize);
+            let (x1, y1) = ((x0 + 1).min(self.columns - 1), (y0 + 1).min(self.rows - 1));
+            let (fx, fy) = (x - x0 as f32, y - y0 as f32);
+            let (upper, lower) = (y0 * self.columns, y1 * self.columns);
+            let mix = |row: usize| {
+                self.heights()[row + x0] + (self.heights()[row + x1] - self.heights()[row + x0]) * fx
+            };
+            let (top, bottom) = (mix(upper), mix(lower));
+            top + (bottom - top) * fy
+        }
+    }
+
     /// sin σ_k by the best instructions here.
     fn horizon(field: &FieldVisibility, point: Vec3) -> [f32; AZIMUTHS] {
         horizon_at(Simd::detect(), field, point)
@@ -321,7 +377,7 @@ mod tests {
         let field =
             HeightField::new(columns, rows, Vec2::new(-3.0, -2.0), Vec2::new(4.0, 1.5), heights.collect())
                 .unwrap();
-        let marched = FieldVisibility::new(&field, 0, &Affine3A::IDENTITY).unwrap();
+        let marched = FieldVisibility::new(&Arc::new(field), 0, &Affine3A::IDENTITY).unwrap();
         for simd in [Simd::Baseline, Simd::Avx2, Simd::Avx512] {
             for i in 0..200 {
                 let at = |step: f32, span: f32| (i as f32 * step).fract() * span;
@@ -336,9 +392,40 @@ mod tests {
     }
 
     #[test]
+    fn levels_are_means_of_four_posts_and_halfway_between_two_of_them() {
+        for (columns, rows) in [(9, 7), (8, 6), (2, 5), (17, 2)] {
+            let heights = (0..columns * rows).map(|i| (i as f32 * 1.7).sin()).collect();
+            let field = HeightField::new(columns, rows, Vec2::ZERO, Vec2::ONE, heights).unwrap();
+            let marched = FieldVisibility::new(&Arc::new(field), 0, &Affine3A::IDENTITY).unwrap();
+            for levels in marched.levels.windows(3).step_by(2) {
+                let [fine, between, coarse] = levels else { unreachable!() };
+                for y in 0..fine.rows {
+                    for x in 0..fine.columns {
+                        let below = coarse.at(0.5 * Vec2::new(x as f32, y as f32) - 0.25);
+                        let expected = 0.5 * (fine.row(y)[x] + below);
+                        assert!((between.row(y)[x] - expected).abs() < 1e-6, "{columns} × {rows}: {x} {y}");
+                    }
+                }
+                for y in 0..coarse.rows {
+                    for x in 0..coarse.columns {
+                        let (x1, y1) = ((2 * x + 1).min(fine.columns - 1), (2 * y + 1).min(fine.rows - 1));
+                        let four = [
+                            fine.row(2 * y)[2 * x],
+                            fine.row(2 * y)[x1],
+                            fine.row(y1)[2 * x],
+                            fine.row(y1)[x1],
+                        ];
+                        assert!((coarse.row(y)[x] - four.iter().sum::<f32>() / 4.0).abs() < 1e-6);
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
     fn a_row_of_posts_is_marched() {
         let field = HeightField::new(2, 40, Vec2::ZERO, Vec2::new(0.1, 4.0), vec![0.5; 80]).unwrap();
-        let marched = FieldVisibility::new(&field, 0, &Affine3A::IDENTITY).unwrap();
+        let marched = FieldVisibility::new(&Arc::new(field), 0, &Affine3A::IDENTITY).unwrap();
         assert!(horizon(&marched, Vec3::new(0.05, 0.0, 2.0)).iter().all(|sine| *sine > 0.2));
     }
 
@@ -349,7 +436,7 @@ mod tests {
         let heights: Vec<f32> =
             (0..n * n).map(|i| if (i / n) as f32 / 256.0 * 8.0 - 4.0 >= 2.0 { 1.0 } else { 0.0 }).collect();
         let field = HeightField::new(n, n, Vec2::splat(-4.0), Vec2::splat(4.0), heights).unwrap();
-        let marched = FieldVisibility::new(&field, 0, &Affine3A::IDENTITY).unwrap();
+        let marched = FieldVisibility::new(&Arc::new(field), 0, &Affine3A::IDENTITY).unwrap();
         let sines = horizon(&marched, Vec3::ZERO);
         // Towards +z and beside it; sideways and behind nothing. A step may pass the foot of a sheer wall by half an octave.
         assert!((sines[0] - 1.0 / 5.0f32.sqrt()).abs() < 0.12, "{sines:?}");
@@ -361,7 +448,7 @@ mod tests {
     fn from_above_the_sky_is_seen_past_the_border() {
         let field =
             HeightField::new(33, 33, Vec2::splat(-1.0), Vec2::splat(1.0), vec![0.0; 33 * 33]).unwrap();
-        let marched = FieldVisibility::new(&field, 0, &Affine3A::IDENTITY).unwrap();
+        let marched = FieldVisibility::new(&Arc::new(field), 0, &Affine3A::IDENTITY).unwrap();
         let sines = horizon(&marched, Vec3::new(0.0, 1.0, 0.0));
         for (k, expected) in [(0, -0.5f32.sqrt()), (2, -1.0 / 3.0f32.sqrt()), (4, -0.5f32.sqrt())] {
             assert!((sines[k] - expected).abs() < 1e-3, "{k}: {sines:?}");
