@@ -1,5 +1,6 @@
 //! A few rows of a grid: rasterised, then turned into hits.
 
+use super::balls::{self, Ball};
 use super::fill::{Batch, NOTHING, Rows};
 use super::project::Projection;
 use super::{GridTracer, LEAVES, Piece};
@@ -27,7 +28,9 @@ impl GridRows {
         self.rows.clear(columns, top, hits.len() / columns);
         tracer.world.simd().run(Band { tracer, rows: &mut self.rows, hits });
         tracer.trace_instances(top, hits);
-        tracer.close_holes(top, hits);
+        if self.rows.any_apart {
+            tracer.close_holes(top, hits);
+        }
     }
 }
 
@@ -48,6 +51,12 @@ impl Kernel for Band<'_> {
                 match tracer.world.instances()[piece.instance as usize].geometry.as_ref() {
                     Geometry::Mesh(mesh) => leaves(rows, mesh, projection, piece),
                     Geometry::HeightField(field) => block(rows, field, projection, piece),
+                    Geometry::Spheres(spheres) => {
+                        let transform = &tracer.world.instances()[piece.instance as usize].transform.open;
+                        let sphere = &spheres.spheres()[piece.first as usize];
+                        let ball = Ball::new(sphere, transform, tracer.grid.origin);
+                        balls::fill(rows, &tracer.grid, &ball, &piece.extent, piece.instance, piece.first);
+                    }
                     _ => {}
                 }
             }

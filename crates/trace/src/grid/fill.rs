@@ -5,6 +5,8 @@ use glam::DVec3;
 use super::project::{GUARD, in_front};
 use crate::Hit;
 
+/// Points of a row that are asked at once.
+const LANES: usize = 8;
 /// Nothing covers a point yet.
 pub(super) const NOTHING: u32 = u32::MAX;
 
@@ -17,6 +19,8 @@ pub(super) struct Rows {
     /// The nearest triangle at each point, its instance [`NOTHING`] where there is none; `t` holds 1/T meanwhile, `u` and
     /// `v` the weights of the second and third corner.
     pub(super) nearest: Vec<Hit>,
+    /// Whether a triangle was treated apart.
+    pub(super) any_apart: bool,
 }
 
 /// Corners of `N` triangles as the grid sees them: `[corner][triangle]`.
@@ -42,7 +46,7 @@ struct Boxes<const N: usize> {
 
 impl Rows {
     pub(super) fn clear(&mut self, columns: usize, top: usize, count: usize) {
-        (self.columns, self.top, self.count) = (columns, top, count);
+        (self.columns, self.top, self.count, self.any_apart) = (columns, top, count, false);
         self.nearest.clear();
         let nothing = Hit { t: 0.0, instance: NOTHING, primitive: 0, u: 0.0, v: 0.0 };
         self.nearest.resize(columns * count, nothing);
@@ -76,6 +80,7 @@ impl Rows {
             let c = [batch.x[2][i], batch.y[2][i], batch.nearness[2][i]];
             self.triangle([a, b, c], columns, rows, instance, primitives[i]);
         }
+        self.any_apart |= apart & all != 0;
         apart & all
     }
 
@@ -126,23 +131,35 @@ impl Rows {
             Edge::new(corners[0], corners[1]),
         ];
         for y in upper..=lower {
-            let row = (y as usize - self.top) * self.columns;
-            for x in left..=right {
-                let (at_x, at_y) = (x as f32, y as f32);
-                let a = opposite[0].at(at_x, at_y);
-                let b = opposite[1].at(at_x, at_y);
-                let c = opposite[2].at(at_x, at_y);
-                let inside = ((a >= 0.0) & (b >= 0.0) & (c >= 0.0)) | ((a <= 0.0) & (b <= 0.0) & (c <= 0.0));
-                let area = a + b + c;
-                if inside && area != 0.0 {
+            let row = &mut self.nearest[(y as usize - self.top) * self.columns..][..self.columns];
+            for first in (left..=right).step_by(LANES) {
+                let none = [0.0; LANES];
+                let (mut nearness, mut u, mut v) = (none, none, none);
+                for lane in 0..LANES {
+                    let (at_x, at_y) = ((first + lane as i32) as f32, y as f32);
+                    let a = opposite[0].at(at_x, at_y);
+                    let b = opposite[1].at(at_x, at_y);
+                    let c = opposite[2].at(at_x, at_y);
+                    let inside =
+                        ((a >= 0.0) & (b >= 0.0) & (c >= 0.0)) | ((a <= 0.0) & (b <= 0.0) & (c <= 0.0));
+                    let area = a + b + c;
                     // Weights are linear on the grid when they are multiplied by 1/T.
                     let (a, b, c) = (a * corners[0][2], b * corners[1][2], c * corners[2][2]);
-                    let (sum, nearest) = (a + b + c, &mut self.nearest[row + x as usize]);
-                    let nearness = sum / area;
-                    if nearness > nearest.t {
-                        let scale = 1.0 / sum;
-                        *nearest = Hit { t: nearness, instance, primitive, u: b * scale, v: c * scale };
-                    }
+                    let sum = a + b + c;
+                    let scale = 1.0 / sum;
+                    nearness[lane] = if inside & (area != 0.0) { sum / area } else { 0.0 };
+                    (u[lane], v[lane]) = (b * scale, c * scale);
+                }
+                // Which points are nearer is unforeseeable: it is gathered in bits, not branched on one by one.
+                let places = &mut row[first as usize..(right as usize + 1).min(first as usize + LANES)];
+                let mut nearer = 0u32;
+                for (lane, nearest) in places.iter().enumerate() {
+                    nearer |= u32::from(nearness[lane] > nearest.t) << lane;
+                }
+                while nearer != 0 {
+                    let lane = nearer.trailing_zeros() as usize;
+                    nearer &= nearer - 1;
+                    places[lane] = Hit { t: nearness[lane], instance, primitive, u: u[lane], v: v[lane] };
                 }
             }
         }

@@ -6,13 +6,14 @@
 //! [`World::closest`] finds it to a thousandth of the distance between rays; where a ray passes that close to an edge, the
 //! two may find different triangles.
 //!
-//! Meshes and height fields are rasterised as long as they have no more than a few triangles a ray; other geometry is
-//! asked by rays, within the part of the picture that its box covers. A world of much else is asked by rays altogether.
+//! Meshes and height fields are rasterised as long as they have no more than a few triangles a ray, and so are spheres (see
+//! [`balls`]); other geometry is asked by rays, within the part of the picture that its box covers. A world of much else is asked by rays altogether.
 //!
 //! `cargo run --release -p halflight-trace --example grid_rate` prints the cost beside that of tracing the same rays.
 //! Source of the edge functions: Pineda, A Parallel Algorithm for Polygon Rasterization, 1988; those of triangles that
 //! reach behind the eye: Olano & Greer, Triangle Scan Conversion using 2D Homogeneous Coordinates, 1997.
 
+mod balls;
 mod band;
 mod fill;
 mod points;
@@ -23,8 +24,9 @@ mod tests;
 use glam::Vec3;
 use rayon::prelude::*;
 
+use crate::spheres::is_usable;
 use crate::world::World;
-use crate::{Geometry, Hit, Ray};
+use crate::{Geometry, Hit, Ray, Sphere};
 pub use band::GridRows;
 pub use points::GridPoints;
 use project::{Extent, Projection};
@@ -78,6 +80,8 @@ pub struct GridTracer<'a> {
     /// How the points of each instance are seen, and whether it is a height field.
     projections: Vec<Projection>,
     is_field: Vec<bool>,
+    /// Whether it is rasterised as spheres.
+    are_balls: Vec<bool>,
     /// Instances that are asked by rays, with the part of the grid that they may be seen in.
     traced: Vec<(u32, Extent)>,
     /// Whether all rays are traced through the whole world.
@@ -88,7 +92,7 @@ pub struct GridTracer<'a> {
 #[derive(Clone, Copy, Debug)]
 struct Piece {
     instance: u32,
-    /// The first leaf of a mesh, or the node of a height field.
+    /// The first leaf of a mesh, the node of a height field, or the sphere.
     first: u32,
     extent: Extent,
 }
@@ -110,6 +114,7 @@ impl World {
             pieces: Vec::new(),
             projections: Vec::new(),
             is_field: Vec::new(),
+            are_balls: Vec::new(),
             traced: Vec::new(),
             by_rays: true,
         };
@@ -117,6 +122,7 @@ impl World {
         let mut triangles = 0;
         for (number, instance) in (0..).zip(self.instances()) {
             tracer.is_field.push(matches!(instance.geometry.as_ref(), Geometry::HeightField(_)));
+            tracer.are_balls.push(balls::are_balls(instance, grid.origin));
             let Some(transform) = self.placed(number) else {
                 tracer.projections.push(of_world);
                 continue;
@@ -127,7 +133,7 @@ impl World {
             if extent.is_empty() {
                 continue;
             }
-            match way(&instance.geometry, grid.columns * grid.rows) {
+            match tracer.way(number) {
                 Way::Rasterise => triangles += instance.geometry.as_rays().primitives(),
                 Way::Trace => tracer.traced.push((number, extent)),
             }
@@ -141,24 +147,22 @@ impl World {
     }
 }
 
-fn way(geometry: &Geometry, rays: usize) -> Way {
-    match geometry {
-        Geometry::Mesh(_) | Geometry::HeightField(_)
-            if geometry.as_rays().primitives() <= TRIANGLES_PER_RAY * rays =>
-        {
-            Way::Rasterise
-        }
-        _ => Way::Trace,
-    }
-}
-
 impl GridTracer<'_> {
+    fn way(&self, number: u32) -> Way {
+        let geometry = self.world.instances()[number as usize].geometry.as_ref();
+        let few = geometry.as_rays().primitives() <= TRIANGLES_PER_RAY * self.grid.columns * self.grid.rows;
+        match geometry {
+            Geometry::Mesh(_) | Geometry::HeightField(_) if few => Way::Rasterise,
+            Geometry::Spheres(_) if few && self.are_balls[number as usize] => Way::Rasterise,
+            _ => Way::Trace,
+        }
+    }
+
     /// The pieces of all instances that are rasterised, without those that are out of sight.
     fn cut_up(&self) -> Vec<Piece> {
         let mut pieces = Vec::new();
         for (number, instance) in (0..).zip(self.world.instances()) {
-            let rays = self.grid.columns * self.grid.rows;
-            if self.world.placed(number).is_none() || matches!(way(&instance.geometry, rays), Way::Trace) {
+            if self.world.placed(number).is_none() || matches!(self.way(number), Way::Trace) {
                 continue;
             }
             let projection = &self.projections[number as usize];
@@ -175,6 +179,14 @@ impl GridTracer<'_> {
                     let nodes = (0..field.blocks()).into_par_iter().with_min_len(64);
                     let seen = |i| piece(i, projection.of_box(field.block_bounds(i), &self.grid));
                     pieces.extend(nodes.filter_map(seen).collect::<Vec<_>>());
+                }
+                Geometry::Spheres(tracer) => {
+                    let spheres = tracer.spheres().par_iter().with_min_len(64).enumerate();
+                    let usable = spheres.filter(|(_, sphere)| is_usable(sphere));
+                    let around =
+                        |sphere: &Sphere| (sphere.center - sphere.radius, sphere.center + sphere.radius);
+                    let seen = |(i, sphere)| piece(i, projection.of_box(around(sphere), &self.grid));
+                    pieces.extend(usable.filter_map(seen).collect::<Vec<_>>());
                 }
                 _ => {}
             }

@@ -1,12 +1,13 @@
 //! Where the rays of a grid met surfaces, and how these lie there: the part of a [`Surface`](crate::Surface) that
 //! surfaces without textures are shaded by, side by side.
 //!
-//! Height fields, of which neighbours show neighbouring cells, are done sixteen at a time; all else as
+//! Height fields, of which neighbours show neighbouring cells, are done sixteen at a time, spheres row by row; all else as
 //! [`World::surface`](crate::World::surface) does.
 
 use glam::{Affine3A, Vec3};
 
 use super::GridTracer;
+use super::balls::OnBalls;
 use crate::height_field::HeightFieldTracer;
 use crate::{Geometry, Hit, Kernel};
 
@@ -94,6 +95,18 @@ impl GridTracer<'_> {
                 }
                 let transform = &instance.transform.open;
                 self.world.simd().run(OfField { tracer, transform, hits: &run, first: i, count, points });
+                i += count;
+            } else if let (Geometry::Spheres(tracer), true) =
+                (instance.geometry.as_ref(), self.are_balls[hit.instance as usize])
+            {
+                let place = [i % self.grid.columns, top + i / self.grid.columns];
+                let row = &hits[i..hits.len().min(i + self.grid.columns - place[0])];
+                let others = |next: &Option<Hit>| next.is_none_or(|next| next.instance != hit.instance);
+                let hits = &row[..row.iter().position(others).unwrap_or(row.len())];
+                let (spheres, transform) = (tracer.spheres(), &instance.transform.open);
+                let count = hits.len();
+                let on = OnBalls { grid: &self.grid, spheres, transform, hits, place, first: i, points };
+                self.world.simd().run(on);
                 i += count;
             } else {
                 let (x, y) = (i % self.grid.columns, top + i / self.grid.columns);

@@ -67,6 +67,16 @@ fn spheres() -> Geometry {
     Geometry::Spheres(SphereTracer::build(vec![Sphere { center: Vec3::new(0.0, 2.0, 1.0), radius: 0.7 }]))
 }
 
+/// Spheres side by side and within one another, large, small, and none at all.
+fn many_spheres() -> Geometry {
+    let sphere = |i: u32| {
+        let at = |step: f32| (i as f32 * step).fract();
+        let center = Vec3::new(8.0 * at(0.618) - 4.0, 2.0 * at(0.414), 8.0 * at(0.732) - 4.0);
+        Sphere { center, radius: if i % 50 == 7 { -1.0 } else { 0.02 + 0.4 * at(0.317) } }
+    };
+    Geometry::Spheres(SphereTracer::build((0..300).map(sphere).collect()))
+}
+
 fn placed(geometry: Geometry, at: Vec3, turned: f32, scale: Vec3) -> Instance {
     let transform = Affine3A::from_scale_rotation_translation(scale, Quat::from_rotation_y(turned), at);
     Instance { geometry: Arc::new(geometry), transform: Motion::fixed(transform) }
@@ -132,6 +142,11 @@ fn the_grid_finds_what_its_rays_find() {
         vec![
             placed(floor(5.0), Vec3::ZERO, 0.0, Vec3::ONE),
             placed(ball(40), Vec3::ZERO, 0.0, Vec3::splat(2.0)),
+        ],
+        vec![
+            placed(many_spheres(), Vec3::ZERO, 0.0, Vec3::ONE),
+            placed(many_spheres(), Vec3::new(0.5, 0.3, -0.2), 1.1, Vec3::splat(1.7)),
+            placed(floor(5.0), Vec3::ZERO, 0.0, Vec3::ONE),
         ],
     ];
     for (number, instances) in worlds.into_iter().enumerate() {
@@ -204,6 +219,10 @@ fn points_side_by_side_are_those_of_surfaces() {
             placed(ball(20), Vec3::new(1.0, 1.0, 0.0), 0.0, Vec3::new(1.0, 1.5, 0.7)),
         ],
         vec![placed(steep, Vec3::ZERO, 0.3, Vec3::ONE)],
+        vec![
+            placed(many_spheres(), Vec3::ZERO, 0.0, Vec3::ONE),
+            placed(floor(5.0), Vec3::ZERO, 0.0, Vec3::ONE),
+        ],
     ] {
         let world = World::build(instances, Simd::detect());
         for grid in views() {
@@ -241,7 +260,7 @@ fn rows_may_be_asked_for_in_any_number_at_once() {
 #[test]
 fn many_small_things_and_dense_meshes_are_left_to_rays() {
     let grid = views()[0];
-    let one = |at: f32| placed(spheres(), Vec3::new(at, 0.0, 0.0), 0.0, Vec3::ONE);
+    let one = |at: f32| placed(Geometry::Disk(crate::Disk), Vec3::new(at, 1.5, 0.0), 0.5, Vec3::splat(0.3));
     let world = World::build((0..40).map(|i| one(i as f32 * 0.3)).collect(), Simd::detect());
     let (hits, by_rays) = hits_of(&world, &grid, 16);
     assert!(by_rays);

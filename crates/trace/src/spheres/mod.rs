@@ -130,7 +130,7 @@ impl RayDouble {
     }
 }
 
-fn is_usable(sphere: &Sphere) -> bool {
+pub(crate) fn is_usable(sphere: &Sphere) -> bool {
     sphere.center.is_finite() && sphere.radius > 0.0 && sphere.radius.is_finite()
 }
 
