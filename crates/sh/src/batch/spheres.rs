@@ -88,44 +88,119 @@ impl<const ORDER: usize> Kernel for Spheres<'_, ORDER> {
     fn run<V: Lane>(self) {
         let (columns, series) = (self.table.columns(), self.table.series());
         for (points, log) in self.points.iter().zip(self.logs) {
-            for part in 0..WIDTH / V::N {
-                let position: [V; 3] = load_direction(&points.position, part);
-                let normal: [V; 3] = load_direction(&points.normal, part);
-                let owner = V::load(&points.owner.0[part * V::N..]);
-                let mut sum: Sh<ORDER, V> = load(log, part);
-                for sphere in self.spheres {
-                    let to = [
-                        V::splat(sphere.center[0]) - position[0],
-                        V::splat(sphere.center[1]) - position[1],
-                        V::splat(sphere.center[2]) - position[2],
-                    ];
-                    let squared = to[0].mul_add(to[0], to[1].mul_add(to[1], to[2] * to[2]));
-                    let inverse = V::splat(1.0).over(squared.max(V::splat(1e-30)).sqrt());
-                    let direction = [to[0] * inverse, to[1] * inverse, to[2] * inverse];
-                    let sine = V::splat(sphere.radius) * inverse;
-                    let (nothing, weight) = (V::splat(0.0), V::splat(sphere.weight));
-                    // In its own body: equal owners differ by less than a half.
-                    let apart = owner - V::splat(sphere.owner);
-                    let own = V::select((apart * apart).gt(V::splat(0.25)), nothing, V::splat(1.0));
-                    let inside = V::select(sine.gt(V::splat(ON_SURFACE)), V::splat(1.0), nothing);
-                    let height = direction[0]
-                        .mul_add(normal[0], direction[1].mul_add(normal[1], direction[2] * normal[2]));
-                    let above = (height + sine.min(V::splat(1.0))).gt(nothing);
-                    let weight = V::select(above, weight, nothing) * (V::splat(1.0) - own * inside);
-                    if !V::any((weight * weight).gt(nothing)) {
-                        continue;
-                    }
-                    let squared_sine = sine * sine;
-                    if V::any(squared_sine.gt(V::splat(series.end))) {
-                        let angle = asin(sine.min(V::splat(INSIDE)));
-                        sum += log_visibility(columns, direction, angle, weight);
-                    } else {
-                        sum += small_log_visibility(series, direction, squared_sine, weight);
-                    }
+            let around = Around::of::<V>(points);
+            for spheres in self.spheres.chunks(CHOSEN) {
+                // Which of them any of the sixteen points may see above its horizon.
+                let (mut chosen, mut count) = ([0u8; CHOSEN], 0);
+                for (i, sphere) in spheres.iter().enumerate() {
+                    chosen[count] = i as u8;
+                    count += usize::from(around.may_see(sphere));
                 }
-                store(&sum, log, part);
+                for part in 0..WIDTH / V::N {
+                    let position: [V; 3] = load_direction(&points.position, part);
+                    let normal: [V; 3] = load_direction(&points.normal, part);
+                    let owner = V::load(&points.owner.0[part * V::N..]);
+                    let mut sum: Sh<ORDER, V> = load(log, part);
+                    for &i in &chosen[..count] {
+                        let sphere = &spheres[i as usize];
+                        let (nothing, radius) = (V::splat(0.0), V::splat(sphere.radius));
+                        let to = [
+                            V::splat(sphere.center[0]) - position[0],
+                            V::splat(sphere.center[1]) - position[1],
+                            V::splat(sphere.center[2]) - position[2],
+                        ];
+                        // Above the horizon if d_b · n > −sin θ; asked before anything is divided.
+                        let height = to[0].mul_add(normal[0], to[1].mul_add(normal[1], to[2] * normal[2]));
+                        let above = (height + radius).gt(nothing);
+                        if !V::any(above) {
+                            continue;
+                        }
+                        let squared = to[0].mul_add(to[0], to[1].mul_add(to[1], to[2] * to[2]));
+                        let inverse = V::splat(1.0).over(squared.max(V::splat(1e-30)).sqrt());
+                        let direction = [to[0] * inverse, to[1] * inverse, to[2] * inverse];
+                        let sine = radius * inverse;
+                        // In its own body: equal owners differ by less than a half.
+                        let apart = owner - V::splat(sphere.owner);
+                        let own = V::select((apart * apart).gt(V::splat(0.25)), nothing, V::splat(1.0));
+                        let inside = V::select(sine.gt(V::splat(ON_SURFACE)), V::splat(1.0), nothing);
+                        let weight = V::select(above, V::splat(sphere.weight), nothing);
+                        let weight = weight * (V::splat(1.0) - own * inside);
+                        if !V::any((weight * weight).gt(nothing)) {
+                            continue;
+                        }
+                        let squared_sine = sine * sine;
+                        if V::any(squared_sine.gt(V::splat(series.end))) {
+                            let angle = asin(sine.min(V::splat(INSIDE)));
+                            sum += log_visibility(columns, direction, angle, weight);
+                        } else {
+                            sum += small_log_visibility(series, direction, squared_sine, weight);
+                        }
+                    }
+                    store(&sum, log, part);
+                }
             }
         }
+    }
+}
+
+/// Spheres of which those above the horizon are chosen at once.
+const CHOSEN: usize = 128;
+
+/// Where sixteen points are: within a ball, with normals within a distance of their mean.
+struct Around {
+    middle: [f32; 3],
+    radius: f32,
+    normal: [f32; 3],
+    squared_spread: f32,
+}
+
+#[inline(always)]
+fn mean<V: Lane>(lanes: &[Lanes; 3]) -> [f32; 3] {
+    let mut mean = [0.0; 3];
+    for axis in 0..3 {
+        for part in 0..WIDTH / V::N {
+            mean[axis] += V::load(&lanes[axis].0[part * V::N..]).sum();
+        }
+        mean[axis] /= WIDTH as f32;
+    }
+    mean
+}
+
+/// The square of the greatest distance.
+#[inline(always)]
+fn farthest<V: Lane>(lanes: &[Lanes; 3], from: [f32; 3]) -> f32 {
+    let mut squares = Lanes::default();
+    for part in 0..WIDTH / V::N {
+        let at: [V; 3] = load_direction(lanes, part);
+        let to = [at[0] - V::splat(from[0]), at[1] - V::splat(from[1]), at[2] - V::splat(from[2])];
+        let squared = to[0].mul_add(to[0], to[1].mul_add(to[1], to[2] * to[2]));
+        squared.store(&mut squares.0[part * V::N..]);
+    }
+    let mut most = 0.0;
+    for square in squares.0 {
+        most = if square > most { square } else { most };
+    }
+    most
+}
+
+impl Around {
+    #[inline(always)]
+    fn of<V: Lane>(points: &PointLanes) -> Self {
+        let (middle, normal) = (mean::<V>(&points.position), mean::<V>(&points.normal));
+        let radius = farthest::<V>(&points.position, middle).sqrt();
+        Self { middle, radius, normal, squared_spread: farthest::<V>(&points.normal, normal) }
+    }
+
+    /// False only where a sphere is below the horizon of each point: with w from the middle to it, N the mean normal and n
+    /// that of a point, (w + middle − p) · n ≤ w · N + |w| |n − N| + |middle − p|.
+    #[inline(always)]
+    fn may_see(&self, sphere: &SphereBlocker) -> bool {
+        let (c, m, n) = (&sphere.center, &self.middle, &self.normal);
+        let w = [c[0] - m[0], c[1] - m[1], c[2] - m[2]];
+        let squared = w[0] * w[0] + w[1] * w[1] + w[2] * w[2];
+        let height = w[0] * n[0] + w[1] * n[1] + w[2] * n[2] + self.radius + sphere.radius;
+        // A little more than the distance, for roundings.
+        !((height < 0.0) & (height * height > 1.01 * self.squared_spread * squared + 1e-6 * squared))
     }
 }
 
@@ -283,6 +358,37 @@ mod tests {
                 assert!((lane(&logs[0], i) - plain).norm() < 2e-3 * (1.0 + plain.norm()), "point {i}");
             }
         }
+    }
+
+    #[test]
+    fn spheres_that_points_do_not_choose_are_below_the_horizon_of_each() {
+        let mut chosen = [0, 0];
+        for turn in 0..64 {
+            let mut points = PointLanes::default();
+            let spread = 0.1 * (turn % 8) as f32;
+            for i in 0..WIDTH {
+                let at = |step: f32| ((i + 16 * turn) as f32 * step).fract() - 0.5;
+                let normal = Vec3::new(at(0.618), at(0.414), at(0.732)) * spread * 2.0
+                    + Vec3::new((turn as f32).cos(), 0.4, (turn as f32).sin());
+                for axis in 0..3 {
+                    points.position[axis].0[i] = spread * at([0.317, 0.553, 0.291][axis]);
+                    points.normal[axis].0[i] = normal.normalize()[axis];
+                }
+            }
+            let around = Around::of::<crate::simd::Plain>(&points);
+            for k in 0..200 {
+                let at = |step: f32| 6.0 * ((k as f32 * step).fract() - 0.5);
+                let center = Vec3::new(at(0.618), at(0.414), at(0.732));
+                let sphere = SphereBlocker { center: center.into(), radius: 0.2, weight: 1.0, owner: -1.0 };
+                let above = (0..WIDTH).any(|i| {
+                    let of = |lanes: &[Lanes; 3]| Vec3::new(lanes[0].0[i], lanes[1].0[i], lanes[2].0[i]);
+                    (center - of(&points.position)).dot(of(&points.normal)) > -0.2
+                });
+                chosen[usize::from(around.may_see(&sphere))] += 1;
+                assert!(around.may_see(&sphere) || !above, "{turn} {k}");
+            }
+        }
+        assert!(chosen[0] > 2000, "{chosen:?}");
     }
 
     #[test]
