@@ -150,7 +150,7 @@ impl Film {
             let (width, height) = (TILE_SIZE.min(width - x), TILE_SIZE.min(height - y));
             Tile { x, y, width, height, pixels: vec![Pixel::default(); width * height], non_finite: 0 }
         };
-        let corners = (0..columns * height.div_ceil(TILE_SIZE)).map(corner);
+        let corners = (0..columns * height.div_ceil(TILE_SIZE)).into_par_iter().with_min_len(64).map(corner);
         let tiles: Vec<Tile> = corners.filter(|&(x, y)| region.contains(x, y)).map(tile).collect();
         assert!(!tiles.is_empty(), "a film has tiles");
         Self { width, height, region, tiles, elsewhere: None, layers: BTreeMap::new() }
@@ -225,7 +225,9 @@ impl Film {
 
     /// Fewest samples of any pixel.
     pub fn min_samples(&self) -> u32 {
-        self.pixels().map(|p| p.samples).chain(self.elsewhere).min().unwrap_or(0)
+        let of_tile = |tile: &Tile| tile.pixels.iter().map(|p| p.samples).min();
+        let fewest = self.tiles.par_iter().with_min_len(64).filter_map(of_tile).min();
+        fewest.into_iter().chain(self.elsewhere).min().unwrap_or(0)
     }
 
     /// Samples a pixel, on the average.

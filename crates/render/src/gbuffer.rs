@@ -37,15 +37,62 @@ pub(crate) enum Visible {
     Nothing(Vec3),
 }
 
-/// Memory for the pixels of a [`GBuffer`], kept from picture to picture: to ask for it anew costs as much as to fill it.
+/// A [`Visible`] as it is kept, in the bytes of a line of the cache: filling and reading these is a good part of what a
+/// picture costs.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Pixel {
+    Point(PixelPoint),
+    Nothing(Vec3),
+}
+
+/// A [`VisiblePoint`] as it is kept.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PixelPoint {
+    pub(crate) hit: Hit,
+    pub(crate) position: Vec3,
+    pub(crate) geometric_normal: Vec3,
+    pub(crate) normal: Vec3,
+    /// The place of its [`Look`].
+    look: u32,
+}
+
+/// What a surface shows beside its shape.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Look {
+    pub(crate) material: LowFrequency,
+    pub(crate) emitted: Vec3,
+}
+
+impl Look {
+    const NONE: Look = Look {
+        material: LowFrequency { diffuse: Vec3::ZERO, specular: Vec3::ZERO, exponent: 0.0, exact: true },
+        emitted: Vec3::ZERO,
+    };
+}
+
+/// Memory of a [`GBuffer`], kept from picture to picture: to ask for it anew costs as much as to fill it.
 #[derive(Default)]
-pub(crate) struct Room(Mutex<Vec<Visible>>);
+pub(crate) struct Room(Mutex<Memory>);
+
+#[derive(Default)]
+struct Memory {
+    pixels: Vec<Pixel>,
+    seen: Vec<bool>,
+    looks: Vec<Look>,
+}
 
 /// The visible points of a picture, pixel by pixel, rows from the top.
 pub(crate) struct GBuffer {
     pub(crate) width: usize,
     pub(crate) height: usize,
-    pub(crate) pixels: Vec<Visible>,
+    pub(crate) pixels: Vec<Pixel>,
+    eye: Vec3,
+    /// Of each material of the frame that shows the same everywhere; then, if there are others, of each pixel.
+    looks: Vec<Look>,
+    /// Whether a pixel is a point: passes that ask no more need not read the points, which are far larger.
+    pub(crate) seen: Vec<bool>,
+    /// What all points show of each material of the frame; none if that differs from place to place.
+    pub(crate) materials: Vec<Option<LowFrequency>>,
 }
 
 impl GBuffer {
@@ -61,40 +108,87 @@ impl GBuffer {
         let grid = frame.camera.view(width, height).grid(offset, width, height);
         let tracer = frame.world.grid(grid);
         let plain = Plain::of(frame);
-        let mut pixels = std::mem::take(&mut *room.0.lock().unwrap_or_else(PoisonError::into_inner));
-        pixels.resize(width * height, Visible::Nothing(Vec3::ZERO));
-        pixels.par_chunks_mut(width * BAND).enumerate().for_each_init(
+        let room_there = || room.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let Memory { mut pixels, mut seen, mut looks } = std::mem::take(&mut *room_there());
+        pixels.resize(width * height, Pixel::Nothing(Vec3::ZERO));
+        seen.resize(width * height, false);
+        let materials = plain.materials.len();
+        looks.resize(materials + if plain.is_all() { 0 } else { width * height }, Look::NONE);
+        for (look, material) in looks.iter_mut().zip(&plain.materials) {
+            *look = Look { material: material.unwrap_or(Look::NONE.material), emitted: Vec3::ZERO };
+        }
+        let mut own = looks[materials..].chunks_mut(width * BAND);
+        let own: Vec<&mut [Look]> =
+            (0..height.div_ceil(BAND)).map(|_| own.next().unwrap_or_default()).collect();
+        let bands = pixels.par_chunks_mut(width * BAND).zip(seen.par_chunks_mut(width * BAND)).zip(own);
+        bands.enumerate().for_each_init(
             || (GridRows::default(), vec![None; width * BAND], GridPoints::default()),
-            |(room, hits, points), (band, pixels)| {
+            |(room, hits, points), (band, ((pixels, seen), own))| {
                 let (top, hits) = (band * BAND, &mut hits[..pixels.len()]);
                 if top >= region.y + region.height || top + BAND <= region.y {
-                    pixels.fill(Visible::Nothing(Vec3::Z));
+                    pixels.fill(Pixel::Nothing(Vec3::Z));
+                    seen.fill(false);
                     return;
                 }
                 // Rows are traced whole, as in the whole picture, so that they hold the same bits.
                 tracer.rows(top, room, hits);
                 tracer.points(top, hits, points);
-                for (i, (hit, pixel)) in hits.iter().zip(pixels).enumerate() {
+                for (i, (hit, (pixel, seen))) in hits.iter().zip(pixels.iter_mut().zip(seen)).enumerate() {
                     let (x, y) = (i % width, top + i / width);
                     let ray = grid.ray(x, y);
-                    let Some(hit) = hit.as_ref().filter(|_| region.contains(x, y)) else {
-                        *pixel = Visible::Nothing(ray.direction);
+                    let hit = hit.as_ref().filter(|_| region.contains(x, y));
+                    *seen = hit.is_some();
+                    let Some(hit) = hit else {
+                        *pixel = Pixel::Nothing(ray.direction);
                         continue;
                     };
                     let material = plain.material(frame, hit.instance, points.material_slot[i]);
-                    *pixel = Visible::Point(match material {
-                        Some(material) => plain_point(&ray, *hit, points, i, material),
-                        None => point(frame, &ray, *hit),
+                    *pixel = Pixel::Point(match (material, own.get_mut(i)) {
+                        (None, Some(look)) => {
+                            let point = point(frame, &ray, *hit);
+                            *look = Look { material: point.material, emitted: point.emitted };
+                            point.kept((materials + top * width + i) as u32)
+                        }
+                        (look, _) => plain_point(&ray, *hit, points, i, look.unwrap_or(0)),
                     });
                 }
             },
         );
-        Self { width, height, pixels }
+        Self { width, height, pixels, eye: grid.origin, looks, seen, materials: plain.materials }
+    }
+
+    /// What is visible through a pixel.
+    pub(crate) fn at(&self, place: usize) -> Visible {
+        match &self.pixels[place] {
+            Pixel::Point(point) => Visible::Point(self.point(point)),
+            Pixel::Nothing(direction) => Visible::Nothing(*direction),
+        }
+    }
+
+    /// All of a point that is kept.
+    pub(crate) fn point(&self, point: &PixelPoint) -> VisiblePoint {
+        let &PixelPoint { hit, position, geometric_normal, normal, .. } = point;
+        let Look { material, emitted } = *self.look_of(point);
+        let towards_eye = self.towards_eye(point);
+        VisiblePoint { hit, position, geometric_normal, normal, towards_eye, material, emitted }
+    }
+
+    /// What a point shows beside its shape.
+    #[inline]
+    pub(crate) fn look_of(&self, point: &PixelPoint) -> &Look {
+        &self.looks[point.look as usize]
+    }
+
+    /// Unit direction from a point to the eye.
+    #[inline]
+    pub(crate) fn towards_eye(&self, point: &PixelPoint) -> Vec3 {
+        (self.eye - point.position).normalize_or(Vec3::Y)
     }
 
     /// Gives the memory back for the next picture.
     pub(crate) fn leave(self, room: &Room) {
-        *room.0.lock().unwrap_or_else(PoisonError::into_inner) = self.pixels;
+        let Self { pixels, seen, looks, .. } = self;
+        *room.0.lock().unwrap_or_else(PoisonError::into_inner) = Memory { pixels, seen, looks };
     }
 }
 
@@ -123,30 +217,37 @@ impl Plain {
         }
     }
 
+    /// Whether that is so of all materials and instances of the frame.
+    fn is_all(&self) -> bool {
+        self.materials.iter().all(Option::is_some) && !self.colored.contains(&true)
+    }
+
+    /// The index of the material of an instance, if it is plain there.
     #[inline]
-    fn material(&self, frame: &Frame, instance: u32, slot: u32) -> Option<LowFrequency> {
+    fn material(&self, frame: &Frame, instance: u32, slot: u32) -> Option<u32> {
         if self.colored[instance as usize] {
             return None;
         }
-        self.materials[frame.material_index(instance, slot) as usize]
+        let index = frame.material_index(instance, slot);
+        self.materials[index as usize].map(|_| index)
     }
 }
 
 /// [`point`] where the material is plain.
 #[inline]
-fn plain_point(ray: &Ray, hit: Hit, points: &GridPoints, i: usize, material: LowFrequency) -> VisiblePoint {
+fn plain_point(ray: &Ray, hit: Hit, points: &GridPoints, i: usize, look: u32) -> PixelPoint {
     let towards_eye = -ray.direction;
     let geometric = points.geometric_normal(i);
     let normal = facing_like(points.shading_normal(i), geometric, towards_eye);
     let facing = |normal: Vec3| if normal.dot(towards_eye) < 0.0 { -normal } else { normal };
-    VisiblePoint {
-        hit,
-        position: points.position(i),
-        geometric_normal: facing(geometric),
-        normal: facing(normal),
-        towards_eye,
-        material,
-        emitted: Vec3::ZERO,
+    let (position, geometric_normal) = (points.position(i), facing(geometric));
+    PixelPoint { hit, position, geometric_normal, normal: facing(normal), look }
+}
+
+impl VisiblePoint {
+    fn kept(&self, look: u32) -> PixelPoint {
+        let &Self { hit, position, geometric_normal, normal, .. } = self;
+        PixelPoint { hit, position, geometric_normal, normal, look }
     }
 }
 
@@ -196,11 +297,13 @@ mod tests {
         let view = GBuffer::look(&frame, [70, 50], Region::whole(70, 50), Vec2::splat(0.5), &Room::default());
         let grid = frame.camera.view(70, 50).grid(Vec2::splat(0.5), 70, 50);
         let mut seen = 0;
-        for (i, visible) in view.pixels.iter().enumerate() {
-            let Visible::Point(found) = visible else { continue };
+        assert_eq!(size_of::<Pixel>(), 64);
+        for i in 0..view.pixels.len() {
+            let Visible::Point(found) = view.at(i) else { continue };
             let exact = point(&frame, &grid.ray(i % 70, i / 70), found.hit);
             assert!(found.position.distance(exact.position) < 1e-5);
             assert!(found.normal.distance(exact.normal) < 1e-4);
+            assert!(found.towards_eye.distance(exact.towards_eye) < 1e-5);
             assert!(found.geometric_normal.distance(exact.geometric_normal) < 1e-4);
             assert_eq!((found.material, found.emitted), (exact.material, exact.emitted));
             seen += 1;

@@ -12,14 +12,14 @@
 use glam::Vec3;
 use halflight_scene::Frame;
 use halflight_sh::{Sh, Zh};
-use halflight_trace::Ray;
+use halflight_trace::{Hit, Ray};
 use rayon::prelude::*;
 
 use super::cast::{Caster, GROUP as POINTS};
 use super::directions::{Cosine, MOST};
 use super::receivers::{Point, Receivers};
 use super::transfer::{NO_MATRIX, Transfer};
-use crate::gbuffer::{GBuffer, Visible, VisiblePoint};
+use crate::gbuffer::{GBuffer, Pixel, Visible, VisiblePoint};
 use crate::sh_light::axes;
 
 /// Vertices that are lit together.
@@ -91,14 +91,14 @@ impl<'a> Lit<'a> {
         let mut picture = vec![Vec3::ZERO; view.pixels.len()];
         let unknown: Vec<usize> = picture
             .par_chunks_mut(view.width)
-            .zip(view.pixels.par_chunks(view.width))
-            .map(|(row, pixels)| {
+            .enumerate()
+            .map(|(y, row)| {
                 let mut unknown = 0;
-                for (radiance, pixel) in row.iter_mut().zip(pixels) {
-                    *radiance = match pixel {
-                        Visible::Nothing(direction) => self.frame.lights.escaped(*direction),
-                        Visible::Point(point) => self.radiance(point).unwrap_or_else(|| {
-                            unknown += usize::from(!self.is_strange(point));
+                for (x, radiance) in row.iter_mut().enumerate() {
+                    *radiance = match view.at(y * view.width + x) {
+                        Visible::Nothing(direction) => self.frame.lights.escaped(direction),
+                        Visible::Point(point) => self.radiance(&point).unwrap_or_else(|| {
+                            unknown += usize::from(!self.is_strange(point.hit));
                             point.emitted
                         }),
                     };
@@ -106,12 +106,12 @@ impl<'a> Lit<'a> {
                 unknown
             })
             .collect();
-        let strange: Vec<(usize, &VisiblePoint)> = view
+        let strange: Vec<(usize, VisiblePoint)> = view
             .pixels
             .iter()
             .enumerate()
             .filter_map(|(index, pixel)| match pixel {
-                Visible::Point(point) if self.is_strange(point) => Some((index, point)),
+                Pixel::Point(point) if self.is_strange(point.hit) => Some((index, view.point(point))),
                 _ => None,
             })
             .collect();
@@ -123,12 +123,12 @@ impl<'a> Lit<'a> {
         (picture, unknown.into_iter().sum(), strange.len())
     }
 
-    fn is_strange(&self, point: &VisiblePoint) -> bool {
-        Receivers::is_strange(self.frame, point.hit.instance)
+    fn is_strange(&self, hit: Hit) -> bool {
+        Receivers::is_strange(self.frame, hit.instance)
     }
 
     /// Radiance towards the eye from points whose transfer is worked out now.
-    fn strange_radiance(&self, points: &[(usize, &VisiblePoint)]) -> Vec<Vec3> {
+    fn strange_radiance(&self, points: &[(usize, VisiblePoint)]) -> Vec<Vec3> {
         let n = self.caster.n;
         let looking: Vec<Point> = points
             .iter()

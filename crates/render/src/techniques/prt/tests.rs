@@ -15,7 +15,7 @@ use halflight_sh::project::lat_long_direction;
 use super::directions::{Directions, MOST};
 use super::{Prt, PrtSettings, TransferKind};
 use crate::film::{Film, Region};
-use crate::gbuffer::{GBuffer, Room, Visible, VisiblePoint};
+use crate::gbuffer::{GBuffer, Pixel, Room, Visible, VisiblePoint};
 use crate::sh_light::axes;
 use crate::technique::{Budget, Quiet, RenderReport, Technique};
 use crate::techniques::path::{Path, PathSettings};
@@ -99,11 +99,11 @@ fn errors(found: &[Vec3], truth: &[Vec3]) -> (f32, f32) {
 /// The pixels through their middles, each surface with what a function says.
 fn exact(frame: &Frame, size: usize, shade: impl Fn(&VisiblePoint) -> Vec3) -> Vec<Vec3> {
     let view = GBuffer::look(frame, [size; 2], Region::whole(size, size), Vec2::splat(0.5), &Room::default());
-    let shade = |pixel: &Visible| match pixel {
-        Visible::Nothing(direction) => frame.lights.escaped(*direction),
-        Visible::Point(point) => shade(point),
+    let shade = |place: usize| match view.at(place) {
+        Visible::Nothing(direction) => frame.lights.escaped(direction),
+        Visible::Point(point) => shade(&point),
     };
-    view.pixels.iter().map(shade).collect()
+    (0..view.pixels.len()).map(shade).collect()
 }
 
 /// ∫ L f over many directions.
@@ -245,7 +245,7 @@ fn a_light_that_turns_costs_no_precomputation_and_lights_as_one_that_was_turned(
     let surface_only = |frame: &Frame| {
         let found = render(&prt, frame, 24, 1).0;
         let view = GBuffer::look(frame, [24; 2], Region::whole(24, 24), Vec2::splat(0.5), &Room::default());
-        let on = |i: &usize| matches!(view.pixels[*i], Visible::Point(_));
+        let on = |i: &usize| view.seen[*i];
         (0..found.len()).filter(on).map(|i| found[i]).collect::<Vec<_>>()
     };
     let found = surface_only(&turned);
@@ -322,7 +322,7 @@ material = { type = "diffuse", albedo = [0.5, 0.5, 0.5] }
     assert!(mean < 0.02, "{mean}");
     let view = GBuffer::look(&frame, [32; 2], Region::whole(32, 32), Vec2::splat(0.5), &Room::default());
     let seen = |name: &str| {
-        let is = |p: &&Visible| matches!(p, Visible::Point(p) if frame.shape_name(p.hit.instance) == name);
+        let is = |p: &&Pixel| matches!(p, Pixel::Point(p) if frame.shape_name(p.hit.instance) == name);
         view.pixels.iter().filter(is).count()
     };
     assert!(["disk", "heights", "balls"].iter().all(|name| seen(name) > 5));

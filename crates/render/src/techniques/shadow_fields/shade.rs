@@ -41,9 +41,9 @@ enum Scattering {
 
 /// A lane: a point, the pixel it belongs to, the part of its material.
 #[derive(Clone, Copy)]
-struct Job<'a> {
+struct Job {
     pixel: usize,
-    point: &'a VisiblePoint,
+    point: VisiblePoint,
     scattering: Scattering,
 }
 
@@ -56,8 +56,8 @@ enum Between {
 }
 
 /// Room for sixteen lanes.
-struct Room<'a, const ORDER: usize> {
-    jobs: Vec<Job<'a>>,
+struct Room<const ORDER: usize> {
+    jobs: Vec<Job>,
     lists: [Vec<(f32, Between)>; WIDTH],
     left: [Sh<ORDER, Lanes>; 1],
     factor: [Sh<ORDER, Lanes>; 1],
@@ -68,12 +68,12 @@ struct Room<'a, const ORDER: usize> {
 pub(super) fn shade<const ORDER: usize>(shader: &Shader<ORDER>, view: &GBuffer) -> Vec<Vec3> {
     let mut picture = vec![Vec3::ZERO; view.width * view.height];
     let band = view.width * ROWS;
-    picture.par_chunks_mut(band).zip(view.pixels.par_chunks(band)).for_each(|(picture, pixels)| {
+    picture.par_chunks_mut(band).enumerate().for_each(|(number, picture)| {
         let mut room = Room::new();
-        for (pixel, visible) in pixels.iter().enumerate() {
-            let point = match visible {
+        for pixel in 0..picture.len() {
+            let point = match view.at(number * band + pixel) {
                 Visible::Nothing(direction) => {
-                    picture[pixel] = shader.frame.lights.escaped(*direction);
+                    picture[pixel] = shader.frame.lights.escaped(direction);
                     continue;
                 }
                 Visible::Point(point) => point,
@@ -96,7 +96,7 @@ pub(super) fn shade<const ORDER: usize>(shader: &Shader<ORDER>, view: &GBuffer) 
     picture
 }
 
-impl<'a, const ORDER: usize> Room<'a, ORDER> {
+impl<const ORDER: usize> Room<ORDER> {
     fn new() -> Self {
         Self {
             jobs: Vec::with_capacity(WIDTH),
@@ -173,7 +173,7 @@ impl<'a, const ORDER: usize> Room<'a, ORDER> {
         }
         let mut hides = false;
         for (lane, job) in self.jobs.iter().enumerate() {
-            if let Some(hidden) = shader.stage.own(shader.frame, job.point) {
+            if let Some(hidden) = shader.stage.own(shader.frame, &job.point) {
                 hides = true;
                 batch::set_lane(&mut self.factor[0], lane, &(Sh::one() - hidden));
             }
@@ -182,7 +182,7 @@ impl<'a, const ORDER: usize> Room<'a, ORDER> {
             self.multiply(shader.simd);
         }
         for (list, job) in self.lists.iter_mut().zip(&self.jobs) {
-            shader.order(job.point, list);
+            shader.order(&job.point, list);
         }
     }
 
@@ -192,10 +192,10 @@ impl<'a, const ORDER: usize> Room<'a, ORDER> {
     }
 }
 
-impl Job<'_> {
+impl Job {
     /// The lobe about the mirror direction, of integral 1.
     fn lobe<const ORDER: usize>(&self) -> Sh<ORDER> {
-        let point = self.point;
+        let point = &self.point;
         let mirrored = 2.0 * point.normal.dot(point.towards_eye) * point.normal - point.towards_eye;
         Zh::<ORDER>::phong(f64::from(point.material.exponent)).to_direction(axes(mirrored))
     }

@@ -12,7 +12,7 @@ use halflight_sh::{Kernel, Lane, Sh, Simd, Zh, batch};
 
 use super::shade::Kernels;
 use super::solve::LogLight;
-use crate::gbuffer::VisiblePoint;
+use crate::gbuffer::{GBuffer, Look, PixelPoint};
 use crate::sh_light::{Colors, axes};
 
 /// Distance of a corner from the tangent plane at most, in parts of its distance.
@@ -26,7 +26,7 @@ const ENOUGH: f32 = 0.9;
 /// A point where light is known.
 #[derive(Clone, Copy)]
 pub(super) struct Corner<'a, const ORDER: usize> {
-    pub(super) point: &'a VisiblePoint,
+    pub(super) point: &'a PixelPoint,
     pub(super) light: &'a Colors<ORDER>,
     /// The same in two parts, where lobes may be added as logarithms.
     pub(super) apart: Option<&'a LogLight<ORDER>>,
@@ -40,7 +40,8 @@ pub(super) struct Cell<'a, const ORDER: usize> {
     tolerance: f32,
     count: usize,
     places: [usize; WIDTH],
-    points: [Option<&'a VisiblePoint>; WIDTH],
+    /// What each pixel shows, and the cosine between its normal and the direction to the eye if that has a lobe.
+    looks: [Option<(&'a Look, f32)>; WIDTH],
     lanes: PixelLanes,
 }
 
@@ -59,11 +60,15 @@ struct PixelLanes {
 
 /// What comes out: integrals of the light with the cosine, and with lobe and cosine, negative weight where corners do not
 /// tell.
-struct Found<const ORDER: usize> {
+#[derive(Default)]
+struct Found {
     weight: Lanes,
     irradiance: [Lanes; 3],
     gathered: [Lanes; 3],
-    /// For lobes that are added as logarithms: the sum of them all, and the light.
+}
+
+/// For lobes that are added as logarithms: the sum of them all, and the light.
+struct Added<const ORDER: usize> {
     log: Sh<ORDER, Lanes>,
     lit: [Sh<ORDER, Lanes>; 3],
 }
@@ -91,22 +96,31 @@ impl<'a, const ORDER: usize> Cell<'a, ORDER> {
             tolerance,
             count: 0,
             places: [0; WIDTH],
-            points: [None; WIDTH],
+            looks: [None; WIDTH],
             lanes: PixelLanes::default(),
         }
     }
 
     /// Adds a pixel; true if the cell has to be shaded before the next one.
-    pub(super) fn push(&mut self, point: &'a VisiblePoint, place: usize, fraction: [f32; 2]) -> bool {
-        let (i, lanes) = (self.count, &mut self.lanes);
+    pub(super) fn push(
+        &mut self,
+        view: &'a GBuffer,
+        point: &PixelPoint,
+        place: usize,
+        fraction: [f32; 2],
+    ) -> bool {
+        let (i, lanes, look) = (self.count, &mut self.lanes, view.look_of(point));
+        let mut facing = 1.0;
         let normal = axes(point.normal);
         for axis in 0..3 {
             lanes.position[axis].0[i] = point.position[axis];
             lanes.geometric_normal[axis].0[i] = point.geometric_normal[axis];
             lanes.normal[axis].0[i] = normal[axis];
         }
-        if point.material.specular != Vec3::ZERO {
-            let mirrored = axes(mirrored(point));
+        if look.material.specular != Vec3::ZERO {
+            let towards_eye = view.towards_eye(point);
+            facing = point.normal.dot(towards_eye);
+            let mirrored = axes(mirrored(point.normal, towards_eye));
             for axis in 0..3 {
                 lanes.mirrored[axis].0[i] = mirrored[axis];
             }
@@ -114,100 +128,100 @@ impl<'a, const ORDER: usize> Cell<'a, ORDER> {
         lanes.instance.0[i] = point.hit.instance as f32;
         lanes.fraction[0].0[i] = fraction[0];
         lanes.fraction[1].0[i] = fraction[1];
-        (self.places[i], self.points[i]) = (place, Some(point));
+        (self.places[i], self.looks[i]) = (place, Some((look, facing)));
         self.count += 1;
         self.count == WIDTH
     }
 
     /// Shades the pixels that were added; gives the place and the radiance of each that the corners tell enough of.
     pub(super) fn shade(&mut self, mut take: impl FnMut(usize, Vec3)) {
-        let points = &self.points[..self.count];
+        let looks = &self.looks[..self.count];
         let mut done = [false; WIDTH];
         let mut diffuse_too = false;
         // One exponent at a time: mostly there is only one, or none.
-        for first in 0..points.len() {
-            let Some(exponent) = glossy(points[first]).filter(|_| !done[first]) else { continue };
-            let found = self.run(points[first]);
-            for i in first..points.len() {
-                if glossy(points[i]) == Some(exponent) {
+        for first in 0..looks.len() {
+            let Some(exponent) = glossy(looks[first]).filter(|_| !done[first]) else { continue };
+            let found = self.run(looks[first]);
+            for i in first..looks.len() {
+                if glossy(looks[i]) == Some(exponent) {
                     done[i] = true;
                     self.give(i, &found, &mut take);
                 }
             }
         }
-        for (i, point) in points.iter().enumerate() {
-            diffuse_too |= point.is_some() && !done[i];
+        for (i, look) in looks.iter().enumerate() {
+            diffuse_too |= look.is_some() && !done[i];
         }
         if diffuse_too {
             let found = self.run(None);
-            for i in (0..points.len()).filter(|&i| !done[i]) {
+            for i in (0..looks.len()).filter(|&i| !done[i]) {
                 self.give(i, &found, &mut take);
             }
         }
         self.count = 0;
     }
 
-    fn run(&self, first: Option<&VisiblePoint>) -> Found<ORDER> {
-        let zero = Sh::constant(0.0).map(Lanes::splat);
-        let mut found = Found {
-            weight: Lanes::default(),
-            irradiance: Default::default(),
-            gathered: Default::default(),
-            log: zero,
-            lit: [zero; 3],
-        };
-        let lobe = match first {
+    fn run(&self, first: Option<(&Look, f32)>) -> Found {
+        let mut found = Found::default();
+        let lobe = match first.map(|(look, _)| &look.material) {
             None => Lobe::Nothing,
-            Some(point) if self.kernels.by_logarithms(point) => {
-                Lobe::Logarithms(self.kernels.log_lobe(point.material.exponent))
+            Some(material) if self.kernels.by_logarithms(material) => {
+                Lobe::Logarithms(self.kernels.log_lobe(material.exponent))
             }
-            Some(point) => Lobe::Product(self.kernels.lobe(point.material.exponent)),
+            Some(material) => Lobe::Product(self.kernels.lobe(material.exponent)),
         };
-        self.simd.run(Between { cell: self, lobe: &lobe, found: &mut found });
         if let Lobe::Logarithms(_) = lobe {
+            let zero = Sh::constant(0.0).map(Lanes::splat);
+            let mut added = Added { log: zero, lit: [zero; 3] };
+            self.simd.run(Between { cell: self, lobe: &lobe, found: &mut found, added: Some(&mut added) });
             let mut joined = [zero];
-            batch::exponential(self.simd, self.kernels.exponential, &[found.log], &mut joined);
-            for (gathered, lit) in found.gathered.iter_mut().zip(&found.lit) {
+            batch::exponential(self.simd, self.kernels.exponential, &[added.log], &mut joined);
+            for (gathered, lit) in found.gathered.iter_mut().zip(&added.lit) {
                 let mut integral = [Lanes::default()];
                 batch::dot(self.simd, &joined, std::slice::from_ref(lit), &mut integral);
                 *gathered = integral[0];
             }
-            for (i, point) in self.points[..self.count].iter().enumerate() {
-                let energy = PI * point.map_or(0.0, |point| self.kernels.energy(point));
+            for (i, look) in self.looks[..self.count].iter().enumerate() {
+                let energy =
+                    |(look, facing): &(&Look, f32)| self.kernels.energy(look.material.exponent, *facing);
+                let energy = PI * look.as_ref().map_or(0.0, energy);
                 found.gathered.iter_mut().for_each(|gathered| gathered.0[i] *= energy);
             }
+        } else {
+            self.simd.run(Between { cell: self, lobe: &lobe, found: &mut found, added: None });
         }
         found
     }
 
-    fn give(&self, i: usize, found: &Found<ORDER>, take: &mut impl FnMut(usize, Vec3)) {
-        let Some(point) = self.points[i].filter(|_| found.weight.0[i] > 0.0) else { return };
+    fn give(&self, i: usize, found: &Found, take: &mut impl FnMut(usize, Vec3)) {
+        let Some((look, _)) = self.looks[i].filter(|_| found.weight.0[i] > 0.0) else { return };
         let of = |lanes: &[Lanes; 3]| Vec3::new(lanes[0].0[i], lanes[1].0[i], lanes[2].0[i]);
-        take(self.places[i], self.kernels.radiance(point, of(&found.irradiance), of(&found.gathered)));
+        take(self.places[i], self.kernels.radiance(look, of(&found.irradiance), of(&found.gathered)));
     }
 }
 
 /// The exponent of a pixel's lobe, if it has one.
-fn glossy(point: Option<&VisiblePoint>) -> Option<f32> {
-    let material = point?.material;
+fn glossy(look: Option<(&Look, f32)>) -> Option<f32> {
+    let material = &look?.0.material;
     (material.specular != Vec3::ZERO).then_some(material.exponent)
 }
 
 /// The direction of a perfect mirror.
-pub(super) fn mirrored(point: &VisiblePoint) -> Vec3 {
-    2.0 * point.normal.dot(point.towards_eye) * point.normal - point.towards_eye
+pub(super) fn mirrored(normal: Vec3, towards_eye: Vec3) -> Vec3 {
+    2.0 * normal.dot(towards_eye) * normal - towards_eye
 }
 
 struct Between<'a, 'b, const ORDER: usize> {
     cell: &'b Cell<'a, ORDER>,
     lobe: &'b Lobe<ORDER>,
-    found: &'b mut Found<ORDER>,
+    found: &'b mut Found,
+    added: Option<&'b mut Added<ORDER>>,
 }
 
 impl<const ORDER: usize> Kernel for Between<'_, '_, ORDER> {
     type Output = ();
     #[inline(always)]
-    fn run<V: Lane>(self) {
+    fn run<V: Lane>(mut self) {
         let (lanes, kernels) = (&self.cell.lanes, self.cell.kernels);
         let (zero, one) = (V::splat(0.0), V::splat(1.0));
         for part in (0..WIDTH).step_by(V::N) {
@@ -256,7 +270,7 @@ impl<const ORDER: usize> Kernel for Between<'_, '_, ORDER> {
                 (sum[color] * scale).store(&mut self.found.irradiance[color].0[part..]);
                 (gathered[color] * scale).store(&mut self.found.gathered[color].0[part..]);
             }
-            if let Lobe::Logarithms([lobe, cosine]) = self.lobe {
+            if let (Lobe::Logarithms([lobe, cosine]), Some(added)) = (self.lobe, &mut self.added) {
                 let mut log = turned::<ORDER, V>(lobe, load::<V>(&lanes.mirrored, part));
                 log += turned::<ORDER, V>(cosine, normal);
                 let mut lit = [Sh::<ORDER, V>::zero(); 3];
@@ -268,9 +282,9 @@ impl<const ORDER: usize> Kernel for Between<'_, '_, ORDER> {
                         add(&mut lit[color], share, &apart.lit[color]);
                     }
                 }
-                store(&log, &mut self.found.log, part);
+                store(&log, &mut added.log, part);
                 for color in 0..3 {
-                    store(&lit[color], &mut self.found.lit[color], part);
+                    store(&lit[color], &mut added.lit[color], part);
                 }
             }
         }
@@ -294,7 +308,7 @@ fn store<const ORDER: usize, V: Lane>(sh: &Sh<ORDER, V>, to: &mut Sh<ORDER, Lane
 
 /// `share` where light at a corner may stand for light at pixels, 0 elsewhere.
 #[inline(always)]
-fn alike<V: Lane>(corner: &VisiblePoint, position: &[V; 3], facing: &[V; 3], instance: V, share: V) -> V {
+fn alike<V: Lane>(corner: &PixelPoint, position: &[V; 3], facing: &[V; 3], instance: V, share: V) -> V {
     let (at, normal) = (corner.position.to_array(), corner.geometric_normal.to_array());
     let mut off = V::splat(0.0);
     let (mut apart, mut aligned) = (off, off);

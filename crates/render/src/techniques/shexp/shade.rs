@@ -10,12 +10,13 @@
 use std::f32::consts::{FRAC_1_PI, PI};
 
 use glam::Vec3;
+use halflight_material::LowFrequency;
 use halflight_sh::{Exponential, LobeTable, Sh, Zh};
 
 use super::between::mirrored;
 use super::settings::ShexpSettings;
 use super::solve::LogLight;
-use crate::gbuffer::VisiblePoint;
+use crate::gbuffer::{Look, VisiblePoint};
 use crate::sh_light::{Colors, axes};
 
 /// Irradiance without any blockers, averaged over normals and colours.
@@ -72,10 +73,10 @@ impl<const ORDER: usize> Kernels<ORDER> {
         kernels
     }
 
-    /// Whether a surface's lobe is added as a logarithm.
-    pub(super) fn by_logarithms(&self, point: &VisiblePoint) -> bool {
+    /// Whether the lobe of a material is added as a logarithm.
+    pub(super) fn by_logarithms(&self, material: &LowFrequency) -> bool {
         let exponents = 1.0..=self.most_by_logarithms;
-        point.material.specular != Vec3::ZERO && exponents.contains(&point.material.exponent)
+        material.specular != Vec3::ZERO && exponents.contains(&material.exponent)
     }
 
     /// Energy of lobe × cosine over that of the exponential of the sum of their logarithms, by the angle between them.
@@ -93,12 +94,8 @@ impl<const ORDER: usize> Kernels<ORDER> {
     }
 
     /// What the integral of light with the exponential of logarithms is to be multiplied by at a point.
-    pub(super) fn energy(&self, point: &VisiblePoint) -> f32 {
-        // The mirror direction and the eye are as far from the normal.
-        self.energy_at(point.material.exponent, point.normal.dot(point.towards_eye))
-    }
-
-    fn energy_at(&self, exponent: f32, cosine: f32) -> f32 {
+    /// The mirror direction and the eye are as far from the normal: `cosine` is that of either.
+    pub(super) fn energy(&self, exponent: f32, cosine: f32) -> f32 {
         let cosine = cosine.clamp(0.0, 1.0) * (ENERGY_COSINES - 1) as f32;
         let exponent = exponent.max(1.0).log2() * ENERGIES_PER_OCTAVE;
         let (i, j) =
@@ -131,29 +128,35 @@ impl<const ORDER: usize> Kernels<ORDER> {
     ) -> Vec3 {
         let cosine = self.cosine.to_direction(axes(point.normal));
         let exponent = point.material.exponent;
-        let gathered = match apart.filter(|_| self.by_logarithms(point)) {
+        let gathered = match apart.filter(|_| self.by_logarithms(&point.material)) {
             _ if point.material.specular == Vec3::ZERO => Vec3::ZERO,
             Some(apart) => {
                 let [lobe, cosine] = self.log_lobe(exponent);
                 let log = apart.log
-                    + lobe.to_direction(axes(mirrored(point)))
+                    + lobe.to_direction(axes(mirrored(point.normal, point.towards_eye)))
                     + cosine.to_direction(axes(point.normal));
-                PI * self.energy(point) * integral(&apart.lit, &self.exponential.apply(&log))
+                PI * self.energy(exponent, point.normal.dot(point.towards_eye))
+                    * integral(&apart.lit, &self.exponential.apply(&log))
             }
             None => {
-                let lobe = self.lobe(exponent).to_direction(axes(mirrored(point)));
+                let lobe = self.lobe(exponent).to_direction(axes(mirrored(point.normal, point.towards_eye)));
                 integral(light, &lobe.product(&cosine))
             }
         };
-        self.radiance(point, integral(light, &cosine), gathered)
+        let look = Look { material: point.material, emitted: point.emitted };
+        self.radiance(&look, integral(light, &cosine), gathered)
     }
 
     /// Radiance from the integrals of the light with the cosine, and with lobe and cosine.
-    pub(super) fn radiance(&self, point: &VisiblePoint, irradiance: Vec3, gathered: Vec3) -> Vec3 {
-        let material = &point.material;
+    #[inline]
+    pub(super) fn radiance(&self, look: &Look, irradiance: Vec3, gathered: Vec3) -> Vec3 {
+        let material = &look.material;
         let n = material.exponent;
         let clamped = |integral: Vec3| if self.clamp { integral.max(Vec3::ZERO) } else { integral };
-        point.emitted
+        if material.specular == Vec3::ZERO {
+            return look.emitted + material.diffuse * FRAC_1_PI * clamped(irradiance);
+        }
+        look.emitted
             + material.diffuse * FRAC_1_PI * clamped(irradiance)
             + material.specular * ((n + 2.0) / (n + 1.0)) * clamped(gathered)
     }
@@ -192,7 +195,7 @@ mod tests {
                 let [lobe, cosine] = kernels.log_lobe(exponent);
                 let log = lobe.to_direction(mirrored) + cosine.to_direction(normal);
                 let sum = PI * kernels.exponential.apply(&log).dot(&Sh::one());
-                let corrected = sum * kernels.energy_at(exponent, cos);
+                let corrected = sum * kernels.energy(exponent, cos);
                 println!("{exponent} {degrees}: {product:.4}, {sum:.4} as it is, {corrected:.4} corrected");
                 assert!((corrected - product).abs() < 0.005, "{exponent} {degrees}: {corrected} {product}");
             }
