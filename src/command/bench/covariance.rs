@@ -185,7 +185,8 @@ pub(super) fn overhead(args: &BenchArgs) -> Result<Findings, Failure> {
     }
     let notes = vec![
         "eight paths a pixel, one at a time, the fastest of three".into(),
-        "pilots are two for sixteen pixels; `pilots` has what follows from them for each pixel too".into(),
+        "plain paths remember nothing; pilots are four for sixteen pixels, of which one is walked".into(),
+        "`pilots` has what follows from them for each pixel too".into(),
     ];
     Ok(Findings { title: "what carrying covariance costs a path", table, notes })
 }

@@ -8,7 +8,7 @@ use halflight_scene::Frame;
 use super::film_axes::FilmAxes;
 use super::lamps::Lamps;
 use super::look::Look;
-use super::pilot::{Found, Pilots, forecast};
+use super::pilot::{Found, Group, Pilots, forecast};
 use super::reconstruct::Shape;
 use super::settings::Method;
 use super::trail::edge;
@@ -47,11 +47,12 @@ impl Covariance {
         let lamps = Lamps::new(frame);
         let pilots = Pilots { integrator, axes: &axes, lamps: &lamps, carry: true };
         let camera = CameraSampler::new(frame, width, height, 0);
-        let mut found = Found::default();
+        let (mut found, mut group) = (Found::default(), Group::default());
         let mut strongest = (0.0, Steps::default());
         for sample in 0..PATHS {
             let (ray, mut sampler) = camera.ray(x, y, sample);
-            pilots.trace(ray, &mut sampler, &mut found, Some(&mut strongest));
+            pilots.trace(ray, &mut sampler, &mut group, Some(&mut strongest));
+            pilots.walk(&mut group, &mut found);
         }
         let mut text = format!("pixel {x},{y} of {width} x {height}, {PATHS} paths\n");
         let seen = &look.seen[y * width + x];

@@ -12,10 +12,9 @@ use halflight_frequency::mapping::EnvironmentBandwidth;
 use halflight_frequency::wavelet::{Filter, Rule};
 use halflight_image::Plane;
 use halflight_scene::Frame;
-use halflight_scene::lights::{Emitter, EmitterShape, luminance};
+use halflight_scene::lights::{Arrival, Emitter, EmitterShape, LightSample, luminance};
 
 use super::trail::Source;
-use crate::vertex::Vertex;
 
 /// The lights of a frame.
 pub(super) struct Lamps<'a> {
@@ -23,6 +22,17 @@ pub(super) struct Lamps<'a> {
     /// Of each emitter, how many times its own area all of its lamp has.
     wholes: Vec<f32>,
     map: Option<Map>,
+}
+
+/// Where light was found, from which its source follows for the few that are walked.
+#[derive(Clone, Copy)]
+pub(super) enum Origin {
+    /// In the sky, in this direction.
+    Sky(Vec3),
+    /// By a ray that met a lamp: from where and in which direction, the lamp's instance and primitive, point and normal, and when.
+    Met { from: Vec3, direction: Vec3, lamp: [u32; 2], point: Vec3, normal: Vec3, time: f32 },
+    /// By sampling the lights: which emitter and where on it, if it has a surface, and when.
+    Sampled { light: LightSample, place: Option<(u32, Vec2)>, from: Vec3, time: f32 },
 }
 
 struct Map {
@@ -50,6 +60,26 @@ impl<'a> Lamps<'a> {
         Self { frame, wholes: emitters.iter().map(whole).collect(), map }
     }
 
+    /// The light that was found there.
+    pub(super) fn source(&self, origin: &Origin) -> Source {
+        match *origin {
+            Origin::Sky(direction) => self.sky(direction),
+            Origin::Met { from, direction, lamp, point, normal, time } => {
+                let solid_angle = self.met(from, lamp, point, normal, time);
+                Source { direction, solid_angle, distance: point.distance(from), bandwidth: 0.0 }
+            }
+            Origin::Sampled { light, place, from, time } => {
+                let Arrival::From { point, .. } = light.arrival else { return self.sky(light.direction) };
+                let distance = point.map_or(f32::INFINITY, |point| point.distance(from));
+                let solid_angle = match (place, point) {
+                    (Some((emitter, uv)), Some(point)) => self.of_sample(emitter, uv, from, point, time),
+                    _ => 0.0,
+                };
+                Source { direction: light.direction, solid_angle, distance, bandwidth: 0.0 }
+            }
+        }
+    }
+
     /// The sky in a direction.
     pub(super) fn sky(&self, direction: Vec3) -> Source {
         let bandwidth = self.map.as_ref().map_or(0.0, |map| {
@@ -65,24 +95,19 @@ impl<'a> Lamps<'a> {
         Source { direction, solid_angle: 4.0 * PI, distance: f32::INFINITY, bandwidth }
     }
 
-    /// The lamp that a ray from `from` has met.
-    pub(super) fn met(&self, from: Vec3, direction: Vec3, vertex: &Vertex, time: f32) -> Source {
-        let surface = &vertex.surface;
-        let emitter = self.frame.lights.emitter_of(surface.instance, surface.primitive);
-        let solid_angle = match emitter {
-            Some(emitter) => {
-                self.solid_angle(emitter, from, surface.position, surface.geometric_normal, time)
-            }
-            // A shape that is not sampled as a light: the ball about it.
-            None => self.frame.world.instances().get(surface.instance as usize).map_or(0.0, |instance| {
-                let (low, high) = instance.geometry.as_rays().bounds();
-                let scale = instance.transform.at(time).matrix3.determinant().abs().cbrt();
-                let radius = 0.5 * scale * low.distance(high);
-                let sin2 = (radius * radius / from.distance_squared(surface.position).max(1e-12)).min(1.0);
-                2.0 * PI * (1.0 - (1.0 - sin2).sqrt())
-            }),
-        };
-        Source { direction, solid_angle, distance: surface.position.distance(from), bandwidth: 0.0 }
+    /// Steradians of the lamp that a ray from `from` has met.
+    fn met(&self, from: Vec3, [lamp, primitive]: [u32; 2], point: Vec3, normal: Vec3, time: f32) -> f32 {
+        if let Some(emitter) = self.frame.lights.emitter_of(lamp, primitive) {
+            return self.solid_angle(emitter, from, point, normal, time);
+        }
+        // A shape that is not sampled as a light: the ball about it.
+        self.frame.world.instances().get(lamp as usize).map_or(0.0, |instance| {
+            let (low, high) = instance.geometry.as_rays().bounds();
+            let scale = instance.transform.at(time).matrix3.determinant().abs().cbrt();
+            let radius = 0.5 * scale * low.distance(high);
+            let sin2 = (radius * radius / from.distance_squared(point).max(1e-12)).min(1.0);
+            2.0 * PI * (1.0 - (1.0 - sin2).sqrt())
+        })
     }
 
     /// The same of a sample of an emitter, given by its point and texture coordinates.

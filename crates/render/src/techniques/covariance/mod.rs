@@ -58,7 +58,7 @@ use gather::{HALF, Halves, Square, fill, flat};
 use lamps::Lamps;
 use look::Look;
 use photons::Averaged;
-use pilot::{Forecast, Found, Pilots, forecast};
+use pilot::{Forecast, Found, Group, Pilots, forecast};
 use reconstruct::{Filters, Shape, reconstruct};
 
 /// Side of the cells, in pixels, that share their pilots.
@@ -89,7 +89,7 @@ fn foretell(pilots: &Pilots, look: &Look, camera: &CameraSampler, count: u32) ->
     let cells: Vec<Found> = (0..columns * rows)
         .into_par_iter()
         .with_min_len(16)
-        .map(|cell| {
+        .map_init(Group::default, |group, cell| {
             let mut found = Found::default();
             for pilot in 0..count {
                 // At pixels of the cell in turn, the middle ones first.
@@ -98,8 +98,9 @@ fn foretell(pilots: &Pilots, look: &Look, camera: &CameraSampler, count: u32) ->
                 let x = (cell % columns * CELL + dx).min(width - 1);
                 let y = (cell / columns * CELL + dy).min(height - 1);
                 let (ray, mut sampler) = camera.ray(x, y, pilot / ORDER.len() as u32);
-                pilots.trace(ray, &mut sampler, &mut found, None);
+                pilots.trace(ray, &mut sampler, group, None);
             }
+            pilots.walk(group, &mut found);
             found
         })
         .collect();
@@ -314,7 +315,8 @@ fn add_layers(
 }
 
 impl Covariance {
-    /// The time that `count` paths of each pixel take, with or without covariance, for measuring what it costs.
+    /// The time that `count` paths of each pixel take, with or without covariance, for measuring what it costs: in groups of as
+    /// many as are pilots of a cell.
     pub fn pilots_alone(
         &self,
         frame: &Frame,
@@ -328,11 +330,15 @@ impl Covariance {
         let lamps = Lamps::new(frame);
         let pilots = Pilots { integrator, axes: &axes, lamps: &lamps, carry };
         let start = Instant::now();
-        (0..width * height).into_par_iter().with_min_len(64).for_each(|i| {
+        let together = self.settings.pilots.max(1);
+        (0..width * height).into_par_iter().with_min_len(64).for_each_init(Group::default, |group, i| {
             let mut found = Found::default();
             for sample in 0..count {
                 let (ray, mut sampler) = camera.ray(i % width, i / width, sample);
-                std::hint::black_box(pilots.trace(ray, &mut sampler, &mut found, None));
+                std::hint::black_box(pilots.trace(ray, &mut sampler, group, None));
+                if (sample + 1) % together == 0 || sample + 1 == count {
+                    pilots.walk(group, &mut found);
+                }
             }
             std::hint::black_box(found);
         });

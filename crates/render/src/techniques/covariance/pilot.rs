@@ -7,13 +7,13 @@ use halflight_frequency::covariance::{
     Covariance5, Mean, Steps, remaining, sampling_density, spatial_block, variance_within,
 };
 use halflight_scene::Frame;
-use halflight_scene::lights::{Arrival, luminance};
+use halflight_scene::lights::{Arrival, LightSample, luminance};
 use halflight_trace::{Hit, Ray};
 
 use super::super::path::integrator::{Departure, Integrator, scattered, shadow_ray};
 use super::film_axes::FilmAxes;
-use super::lamps::Lamps;
-use super::trail::{MOST, Node, Source, carried};
+use super::lamps::{Lamps, Origin};
+use super::trail::{MOST, Node, carried};
 use crate::sampler::Sampler;
 use crate::vertex::Vertex;
 
@@ -82,6 +82,51 @@ pub(super) fn forecast(found: &Found, edge: &Covariance5, axes: &FilmAxes) -> Fo
     }
 }
 
+/// Paths of which one is walked to the eye, as likely as what it brings: in the mean all are, and carrying costs each of them
+/// its share of one walk.
+#[derive(Default)]
+pub(super) struct Group<'a> {
+    /// Vertices of the path under way, and of the one that will be walked.
+    nodes: Vec<Node<'a>>,
+    kept: Vec<Node<'a>>,
+    /// Its light, and the direction in which it left the eye.
+    begin: Option<(Origin, Vec3)>,
+    /// What all bring together, and from surfaces.
+    weight: f32,
+    of_surfaces: f32,
+    state: u64,
+}
+
+impl Group<'_> {
+    /// Takes the path under way or leaves it.
+    fn offer(&mut self, chosen: &Chosen, first: Vec3) {
+        let Some((origin, length)) = chosen.origin else { return };
+        self.weight += chosen.weight;
+        if length == 0 || self.nodes.first().is_none_or(|node| node.anisotropy.is_none()) {
+            self.of_surfaces += chosen.weight;
+        }
+        let u = random(&mut self.state, chosen.state);
+        if self.begin.is_some() && u * self.weight >= chosen.weight {
+            return;
+        }
+        self.nodes.truncate(length);
+        if chosen.direct
+            && let Some(last) = self.nodes.last_mut()
+        {
+            // Where the path went on from there is not where this light came from.
+            last.delta = false;
+        }
+        std::mem::swap(&mut self.nodes, &mut self.kept);
+        self.begin = Some((origin, first));
+    }
+}
+
+/// A number in [0, 1) from a state, which goes on.
+fn random(state: &mut u64, salt: u64) -> f32 {
+    *state = (*state ^ salt).wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+    (*state >> 40) as f32 / (1u64 << 24) as f32
+}
+
 /// What pilots need to know.
 pub(super) struct Pilots<'a> {
     pub(super) integrator: Integrator<'a>,
@@ -95,7 +140,7 @@ pub(super) struct Pilots<'a> {
 /// what they bring, and a path walks to the eye but once.
 struct Chosen {
     /// Where it is, and how many vertices lead to it.
-    source: Option<(Source, usize)>,
+    origin: Option<(Origin, usize)>,
     /// What all bring together.
     weight: f32,
     /// Whether it was found by sampling the lights.
@@ -107,31 +152,29 @@ impl Chosen {
     /// Chance comes from the path's first direction: none of its random numbers are used up.
     fn new(first: Vec3) -> Self {
         let [x, y, z] = first.to_array().map(|v| u64::from(v.to_bits()));
-        Self { source: None, weight: 0.0, direct: false, state: x ^ y << 21 ^ z << 42 }
+        Self { origin: None, weight: 0.0, direct: false, state: x ^ y << 21 ^ z << 42 }
     }
 
     /// Takes a light or leaves it; says which.
-    fn offer(&mut self, source: Source, weight: f32, length: usize) -> bool {
+    fn offer(&mut self, origin: Origin, weight: f32, length: usize) -> bool {
         self.weight += weight;
-        self.state =
-            self.state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        let u = (self.state >> 40) as f32 / (1u64 << 24) as f32;
-        let taken = self.source.is_none() || u * self.weight < weight;
+        let u = random(&mut self.state, 0);
+        let taken = self.origin.is_none() || u * self.weight < weight;
         if taken {
-            (self.source, self.direct) = (Some((source, length)), false);
+            (self.origin, self.direct) = (Some((origin, length)), false);
         }
         taken
     }
 }
 
 impl<'a> Pilots<'a> {
-    /// The radiance along a ray, as the technique `path` finds it, and what its light says at the film. `steps` takes down the
-    /// events of the strongest contribution.
+    /// The radiance along a ray, as the technique `path` finds it; the path joins the group. `steps` takes down the events of the
+    /// strongest contribution.
     pub(super) fn trace(
         &self,
         ray: Ray,
         sampler: &mut Sampler,
-        found: &mut Found,
+        group: &mut Group<'a>,
         mut steps: Option<&mut (f32, Steps<5>)>,
     ) -> Vec3 {
         let Integrator { frame, settings, cutouts, in_media } = &self.integrator;
@@ -142,20 +185,21 @@ impl<'a> Pilots<'a> {
         let mut radiance = Vec3::ZERO;
         let mut throughput = Vec3::ONE;
         let mut departure: Option<Departure> = None;
-        let mut nodes: Vec<Node<'a>> = Vec::with_capacity(8);
+        let nodes = &mut group.nodes;
+        nodes.clear();
         let mut chosen = Chosen::new(first);
-        let mut strongest = |nodes: &[Node<'a>], source: &Source, weight: f32| {
+        let mut strongest = |nodes: &[Node<'a>], origin: Origin, weight: f32| {
             if let Some((most, steps)) = &mut steps
                 && weight > *most
             {
                 *most = weight;
                 *steps = Steps::default();
-                carried(frame, nodes, source, first, self.axes, Some(steps));
+                carried(frame, nodes, &self.lamps.source(&origin), first, self.axes, Some(steps));
             }
         };
         let weight_of = |brought: Vec3| {
             let weight = luminance(brought);
-            if weight > 0.0 && weight.is_finite() { weight } else { 0.0 }
+            if self.carry && weight > 0.0 && weight.is_finite() { weight } else { 0.0 }
         };
         for depth in 0.. {
             let sent = ray;
@@ -171,11 +215,11 @@ impl<'a> Pilots<'a> {
                     let shown = (point, environment.radiance_at(point));
                     let brought = self.integrator.escaped(throughput, departure.as_ref(), shown, depth);
                     radiance += brought;
-                    let source = self.lamps.sky(ray.direction);
                     let weight = weight_of(brought);
                     if weight > 0.0 && nodes.len() == depth as usize {
-                        chosen.offer(source, weight, nodes.len());
-                        strongest(&nodes, &source, weight);
+                        let origin = Origin::Sky(ray.direction);
+                        chosen.offer(origin, weight, nodes.len());
+                        strongest(nodes, origin, weight);
                     }
                 }
                 break;
@@ -191,14 +235,22 @@ impl<'a> Pilots<'a> {
             let distance = vertex.surface.position.distance(sent.origin);
             let shining = weight_of(emitted);
             if shining > 0.0 && nodes.len() == depth as usize {
-                let source = self.lamps.met(sent.origin, ray.direction, &vertex, ray.time);
-                chosen.offer(source, shining, nodes.len());
-                strongest(&nodes, &source, shining);
+                let surface = &vertex.surface;
+                let origin = Origin::Met {
+                    from: sent.origin,
+                    direction: ray.direction,
+                    lamp: [surface.instance, surface.primitive],
+                    point: surface.position,
+                    normal: surface.geometric_normal,
+                    time: ray.time,
+                };
+                chosen.offer(origin, shining, nodes.len());
+                strongest(nodes, origin, shining);
             }
             if depth >= settings.max_depth {
                 break;
             }
-            if nodes.len() < MOST {
+            if self.carry && nodes.len() < MOST {
                 nodes.push(Node {
                     vertex,
                     distance,
@@ -213,14 +265,17 @@ impl<'a> Pilots<'a> {
             let passage = if *in_media { sampler.next_four() } else { [0.0; 4] };
             let v = sampler.next_four();
             if !vertex.bsdf.is_delta_only()
-                && let Some((direct, source)) = self.direct(&vertex, [u[0], u[1], u[2]], passage, ray.time)
+                && let Some((direct, light, place)) =
+                    self.direct(&vertex, [u[0], u[1], u[2]], passage, ray.time)
             {
                 let brought = self.integrator.bounded(throughput * direct, depth + 1);
                 radiance += brought;
                 let weight = weight_of(brought);
                 if weight > 0.0 && nodes.len() > depth as usize {
-                    chosen.direct |= chosen.offer(source, weight, nodes.len());
-                    strongest(&nodes, &source, weight);
+                    let origin =
+                        Origin::Sampled { light, place, from: vertex.surface.position, time: ray.time };
+                    chosen.direct |= chosen.offer(origin, weight, nodes.len());
+                    strongest(nodes, origin, weight);
                 }
             }
             let next =
@@ -233,27 +288,29 @@ impl<'a> Pilots<'a> {
             ray = vertex.surface.spawn(direction, ray.time);
             hit = frame.world.closest(&ray);
         }
-        if self.carry
-            && let Some((source, length)) = chosen.source
-        {
-            let chain = &mut nodes[..length];
-            if chosen.direct
-                && let Some(last) = chain.last_mut()
-            {
-                // Where the path went on from there is not where this light came from.
-                last.delta = false;
-            }
-            let covariance = carried(frame, chain, &source, first, self.axes, None);
-            found.covariance.add(&covariance, f64::from(chosen.weight));
-            if chain.first().is_none_or(|node| node.anisotropy.is_none()) {
-                found.of_surfaces += f64::from(chosen.weight);
-            }
-        }
+        group.offer(&chosen, first);
         radiance
     }
 
-    /// Light that comes straight to a vertex, and where from.
-    fn direct(&self, vertex: &Vertex, u: [f32; 3], passage: [f32; 4], time: f32) -> Option<(Vec3, Source)> {
+    /// Walks the path of a group that was chosen, for all of them; the group is empty then.
+    pub(super) fn walk(&self, group: &mut Group<'a>, found: &mut Found) {
+        if let Some((origin, first)) = group.begin.take() {
+            let frame = self.integrator.frame;
+            let covariance = carried(frame, &group.kept, &self.lamps.source(&origin), first, self.axes, None);
+            found.covariance.add(&covariance, f64::from(group.weight));
+            found.of_surfaces += f64::from(group.of_surfaces);
+        }
+        (group.weight, group.of_surfaces, group.state) = (0.0, 0.0, 0);
+    }
+
+    /// Light that comes straight to a vertex, the sample of it, and where on which emitter that is.
+    fn direct(
+        &self,
+        vertex: &Vertex,
+        u: [f32; 3],
+        passage: [f32; 4],
+        time: f32,
+    ) -> Option<(Vec3, LightSample, Option<(u32, Vec2)>)> {
         let Integrator { frame, cutouts, in_media, .. } = &self.integrator;
         let lights = &frame.lights;
         let position = vertex.surface.position;
@@ -264,29 +321,15 @@ impl<'a> Pilots<'a> {
         if blocked && (!cutouts.any || cutouts.blocked(frame, &ray)) {
             return None;
         }
-        let nothing =
-            Source { direction: light.direction, solid_angle: 0.0, distance: f32::INFINITY, bandwidth: 0.0 };
-        let (radiance, source) = match light.arrival {
-            Arrival::Environment(point) => {
-                let radiance = lights.environment().map_or(Vec3::ZERO, |e| e.radiance_at(point));
-                (radiance, self.lamps.sky(light.direction))
-            }
-            Arrival::From { point, radiance } => {
-                let distance = point.map_or(f32::INFINITY, |point| point.distance(position));
-                let solid_angle = match (place, point) {
-                    (Some((emitter, uv)), Some(point)) => {
-                        self.lamps.of_sample(emitter, uv, position, point, time)
-                    }
-                    _ => 0.0,
-                };
-                (radiance, Source { solid_angle, distance, ..nothing })
-            }
+        let radiance = match light.arrival {
+            Arrival::Environment(point) => lights.environment().map_or(Vec3::ZERO, |e| e.radiance_at(point)),
+            Arrival::From { radiance, .. } => radiance,
         };
         let mut direct = scattered * radiance * scale;
         if *in_media {
             direct *= self.integrator.transmittance(&ray, passage);
         }
-        Some((direct, source))
+        Some((direct, light, place))
     }
 }
 

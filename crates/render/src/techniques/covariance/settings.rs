@@ -67,9 +67,9 @@ record! {
         /// Scatterings after which a path may end by Russian roulette.
         #[example = "1000"]
         roulette_depth: u32 = 3 => within(0.0, 1e6),
-        /// Paths that carry covariance, for each square of four by four pixels.
-        #[example = "4"]
-        pilots: u32 = 2 => within(1.0, 64.0),
+        /// Paths of which one, as likely as what it brings, carries covariance, for each square of four by four pixels.
+        #[example = "8"]
+        pilots: u32 = 4 => within(1.0, 64.0),
         /// Where the samples go.
         #[example = "\"uniform\""]
         sampling: Sampling = Sampling::Adaptive,
@@ -109,7 +109,7 @@ impl Default for CovarianceSettings {
         Self {
             max_depth: 8,
             roulette_depth: 3,
-            pilots: 2,
+            pilots: 4,
             sampling: Sampling::Adaptive,
             reconstruction: Reconstruction::Filtered,
             widest_filter: 4.0,

@@ -86,8 +86,9 @@ fn pilots_bring_what_paths_bring() {
         let path = picture(&Path::new(PathSettings::default()), &frame, 1, 0).image();
         for (x, y) in [(3, 3), (10, 20), (24, 16), (30, 25), (40, 18), (16, 15)] {
             let (ray, mut sampler) = camera.ray(x, y, 0);
-            let mut found = Found::default();
-            let radiance = pilots.trace(ray, &mut sampler, &mut found, None);
+            let (mut found, mut group) = (Found::default(), Group::default());
+            let radiance = pilots.trace(ray, &mut sampler, &mut group, None);
+            pilots.walk(&mut group, &mut found);
             assert_eq!(radiance.to_array(), path.pixels[y * 48 + x], "{x} {y}");
             let forecast = forecast(&found, &halflight_frequency::covariance::Covariance5::ZERO, &axes);
             assert!(forecast.precision.iter().all(|s| s.is_finite()));
