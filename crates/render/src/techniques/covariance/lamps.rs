@@ -24,6 +24,9 @@ pub(super) struct Lamps<'a> {
     map: Option<Map>,
 }
 
+/// An emitter with a surface, and where on it.
+pub(super) type Place = Option<(u32, Vec2)>;
+
 /// Where light was found, from which its source follows for the few that are walked.
 #[derive(Clone, Copy)]
 pub(super) enum Origin {
@@ -31,8 +34,8 @@ pub(super) enum Origin {
     Sky(Vec3),
     /// By a ray that met a lamp: from where and in which direction, the lamp's instance and primitive, point and normal, and when.
     Met { from: Vec3, direction: Vec3, lamp: [u32; 2], point: Vec3, normal: Vec3, time: f32 },
-    /// By sampling the lights: which emitter and where on it, if it has a surface, and when.
-    Sampled { light: LightSample, place: Option<(u32, Vec2)>, from: Vec3, time: f32 },
+    /// By sampling the lights: where on which emitter, and when.
+    Sampled { light: LightSample, place: Place, from: Vec3, time: f32 },
 }
 
 struct Map {

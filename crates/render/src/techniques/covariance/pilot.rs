@@ -12,7 +12,7 @@ use halflight_trace::{Hit, Ray};
 
 use super::super::path::integrator::{Departure, Integrator, scattered, shadow_ray};
 use super::film_axes::FilmAxes;
-use super::lamps::{Lamps, Origin};
+use super::lamps::{Lamps, Origin, Place};
 use super::trail::{MOST, Node, carried};
 use crate::sampler::Sampler;
 use crate::vertex::Vertex;
@@ -310,7 +310,7 @@ impl<'a> Pilots<'a> {
         u: [f32; 3],
         passage: [f32; 4],
         time: f32,
-    ) -> Option<(Vec3, LightSample, Option<(u32, Vec2)>)> {
+    ) -> Option<(Vec3, LightSample, Place)> {
         let Integrator { frame, cutouts, in_media, .. } = &self.integrator;
         let lights = &frame.lights;
         let position = vertex.surface.position;
