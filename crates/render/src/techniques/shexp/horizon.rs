@@ -7,7 +7,12 @@
 //! κ = 1/8 all levels are multiples of ½, and the pyramid keeps those halfway as well: one bilinear look-up for each step.
 //! What the horizons hide is worked out in [`super::wedge`].
 //!
-//! Mean error of σ ½°, of the irradiance 0.8 % of the unoccluded, at order 4. Cost: about a microsecond a point.
+//! Up to sixteen neighbouring points march together: from eight times the radius of their cluster on, a step reads the
+//! heights around its middle once, and each point sees them from where it is: slopes (h − z)/(τ − a·u_k) for a point a
+//! beside the middle.
+//!
+//! Mean error of σ ½°, of the irradiance 0.8 % of the unoccluded, at order 4; steps that are shared change σ by ¼° at most in
+//! the mean, and add up to a tenth to its error. Cost: half a microsecond a point.
 //! Source: seed \[000\] with the corrections of Snyder & Nowrouzezahrai 2008; marching schedule measured.
 
 use std::sync::Arc;
@@ -20,7 +25,7 @@ use rayon::prelude::*;
 use super::wedge::{AZIMUTH_DIRECTIONS, AZIMUTHS, WedgeTable, in_harmonics};
 
 /// κ = 2^−3.
-const KAPPA_OCTAVES: i32 = 3;
+const KAPPA_OCTAVES: usize = 3;
 /// The slope of straight down, for lanes where the field has not been met.
 const DOWN: f32 = -1e6;
 /// Stands for 1/0 in the inverse of a direction along an axis.
@@ -128,6 +133,24 @@ impl Level {
     }
 }
 
+/// Points that march together at most.
+const CLUSTER: usize = 16;
+/// From this many times the radius of a cluster on its points meet the same heights, which are then no farther beside
+/// those that each would meet alone than these stand for.
+const FAR: f32 = 8.0;
+/// Steps that are shared at most.
+const MOST_SHARED: usize = 48;
+
+/// What a cluster of points meets from a distance on, each height as far from the middle as `distances` says.
+struct Shared<V> {
+    /// The first step of the march that is shared.
+    first: usize,
+    count: usize,
+    heights: [V; MOST_SHARED],
+    distances: [V; MOST_SHARED],
+    middle: Vec2,
+}
+
 /// A height field of one frame, ready to be marched.
 pub(super) struct FieldVisibility {
     /// At levels 0, ½, 1, 1½ … of the pyramid.
@@ -207,54 +230,114 @@ impl FieldVisibility {
         }
     }
 
+    /// sin σ_k seen from each of a cluster of points in the space of the field.
+    #[inline(always)]
+    fn horizons<V: Lane>(&self, points: &[Vec3], sines: &mut [[f32; AZIMUTHS]; CLUSTER]) {
+        for part in (0..AZIMUTHS).step_by(V::N) {
+            let shared = self.share::<V>(points, part);
+            for (point, sines) in points.iter().zip(sines.iter_mut()) {
+                self.horizon(*point, part, &shared).store(&mut sines[part..]);
+            }
+        }
+    }
+
+    /// The heights that a cluster meets from some distance on, where its points are nearly one.
+    #[inline(always)]
+    fn share<V: Lane>(&self, points: &[Vec3], part: usize) -> Shared<V> {
+        let mut middle = Vec2::ZERO;
+        for point in points {
+            middle += Vec2::new(point.x, point.z) / points.len() as f32;
+        }
+        let mut around = 0.0;
+        for point in points {
+            let apart = middle.distance_squared(Vec2::new(point.x, point.z));
+            around = if apart > around { apart } else { around };
+        }
+        let nothing = [V::splat(0.0); MOST_SHARED];
+        let mut shared = Shared { first: usize::MAX, count: 0, heights: nothing, distances: nothing, middle };
+        let (x, z) = (V::load(&AZIMUTH_X[part..]), V::load(&AZIMUTH_Z[part..]));
+        let reach = self.reach::<V>(middle, part);
+        let (mut i, mut before, mut distance) = (0, 0.0, self.spacing.min_element());
+        while distance < FAR * around.sqrt() {
+            (i, before, distance) = (i + 1, distance, distance * std::f32::consts::SQRT_2);
+        }
+        // Alone, or close to the border, each point marches by itself.
+        if points.len() == 1 || V::any(V::splat(distance).gt(reach)) {
+            return shared;
+        }
+        shared.first = i;
+        while V::any(reach.gt(V::splat(before))) && shared.count < MOST_SHARED {
+            let to = V::splat(distance).min(reach);
+            // On the border once, and no more: coarser levels know less of it.
+            let last = shared.heights[shared.count.saturating_sub(1)];
+            let height = self.height(i, middle, x, z, to);
+            shared.heights[shared.count] = V::select(reach.gt(V::splat(before)), height, last);
+            shared.distances[shared.count] = to;
+            shared.count += 1;
+            (i, before, distance) = (i + 1, distance, distance * std::f32::consts::SQRT_2);
+        }
+        shared
+    }
+
+    /// How far it is to the border of the field; 0 where a ray does not go over it.
+    #[inline(always)]
+    fn reach<V: Lane>(&self, from: Vec2, part: usize) -> V {
+        let (inverse_x, inverse_z) = (V::load(&INVERSE_X[part..]), V::load(&INVERSE_Z[part..]));
+        let (near_x, far_x) = slab(self.min.x, self.max.x, from.x, inverse_x);
+        let (near_z, far_z) = slab(self.min.y, self.max.y, from.y, inverse_z);
+        let (near, far) = (near_x.max(near_z), far_x.min(far_z));
+        V::select(near.gt(far), V::splat(0.0), far)
+    }
+
+    /// The height that the i-th step reads at some distance.
+    #[inline(always)]
+    fn height<V: Lane>(&self, i: usize, from: Vec2, x: V, z: V, to: V) -> V {
+        let level = &self.levels[i.saturating_sub(2 * KAPPA_OCTAVES).min(self.levels.len() - 1)];
+        let (factor, shift) = self.to_level(level);
+        let column = to.mul_add(x * V::splat(factor.x), V::splat((from.x - self.min.x) * factor.x + shift));
+        let row = to.mul_add(z * V::splat(factor.y), V::splat((from.y - self.min.y) * factor.y + shift));
+        level.at_lanes(column, row)
+    }
+
     /// sin σ_k seen from a point in the space of the field.
     #[inline(always)]
-    fn horizon<V: Lane>(&self, point: Vec3) -> [f32; AZIMUTHS] {
-        let mut sines = [0.0; AZIMUTHS];
-        for part in (0..AZIMUTHS).step_by(V::N) {
-            let (x, z) = (V::load(&AZIMUTH_X[part..]), V::load(&AZIMUTH_Z[part..]));
-            let (inverse_x, inverse_z) = (V::load(&INVERSE_X[part..]), V::load(&INVERSE_Z[part..]));
-            let (near_x, far_x) = slab(self.min.x, self.max.x, point.x, inverse_x);
-            let (near_z, far_z) = slab(self.min.y, self.max.y, point.z, inverse_z);
-            let (near, far) = (near_x.max(near_z), far_x.min(far_z));
-            // 0 where the ray does not go over the field.
-            let reach = V::select(near.gt(far), V::splat(0.0), far);
-            let above = self.highest - point.y;
-            // The last step, on the border, sees at least the lowest post.
-            let lowest = V::splat(self.lowest - point.y).over(reach);
-            let mut slopes = V::select(reach.gt(V::splat(0.0)), lowest, V::splat(DOWN));
-            let (mut before, mut distance) = (0.0, self.spacing.min_element());
-            for i in 0.. {
-                // A last step ends on the border.
-                let to = V::splat(distance).min(reach);
-                // Nothing from here on is higher than the highest, as seen from there, or from the border if that is below.
-                let nearest = if above > 0.0 { to } else { reach };
-                let hope = V::splat(above).less(slopes, nearest);
-                let open = V::select(reach.gt(V::splat(before)), hope, V::splat(-1.0)).gt(V::splat(0.0));
-                if !V::any(open) {
-                    break;
-                }
-                // Nor is anything at this step: seen from above the field, most steps are near its foot and need no look.
-                let here = V::select(open, V::splat(above).less(slopes, to), V::splat(-1.0));
-                if !V::any(here.gt(V::splat(0.0))) {
-                    (before, distance) = (distance, distance * std::f32::consts::SQRT_2);
-                    continue;
-                }
-                let level = (i - 2 * KAPPA_OCTAVES).max(0) as usize;
-                let level = &self.levels[level.min(self.levels.len() - 1)];
-                let (factor, shift) = self.to_level(level);
-                let column =
-                    to.mul_add(x * V::splat(factor.x), V::splat((point.x - self.min.x) * factor.x + shift));
-                let row =
-                    to.mul_add(z * V::splat(factor.y), V::splat((point.z - self.min.y) * factor.y + shift));
-                let slope = (level.at_lanes(column, row) - V::splat(point.y)).over(to);
-                slopes = V::select(open, slopes.max(slope), slopes);
-                before = distance;
-                distance *= std::f32::consts::SQRT_2;
+    fn horizon<V: Lane>(&self, point: Vec3, part: usize, shared: &Shared<V>) -> V {
+        let (x, z) = (V::load(&AZIMUTH_X[part..]), V::load(&AZIMUTH_Z[part..]));
+        let from = Vec2::new(point.x, point.z);
+        let reach = self.reach::<V>(from, part);
+        let above = self.highest - point.y;
+        // The last step, on the border, sees at least the lowest post.
+        let lowest = V::splat(self.lowest - point.y).over(reach);
+        let mut slopes = V::select(reach.gt(V::splat(0.0)), lowest, V::splat(DOWN));
+        let (mut before, mut distance) = (0.0, self.spacing.min_element());
+        for i in 0..shared.first {
+            // A last step ends on the border.
+            let to = V::splat(distance).min(reach);
+            // Nothing from here on is higher than the highest, as seen from there, or from the border if that is below.
+            let nearest = if above > 0.0 { to } else { reach };
+            let hope = V::splat(above).less(slopes, nearest);
+            let open = V::select(reach.gt(V::splat(before)), hope, V::splat(-1.0)).gt(V::splat(0.0));
+            if !V::any(open) {
+                break;
             }
-            slopes.over(slopes.mul_add(slopes, V::splat(1.0)).sqrt()).store(&mut sines[part..]);
+            (before, distance) = (distance, distance * std::f32::consts::SQRT_2);
+            // Nor is anything at this step: seen from above the field, most steps are near its foot and need no look.
+            let here = V::select(open, V::splat(above).less(slopes, to), V::splat(-1.0));
+            if V::any(here.gt(V::splat(0.0))) {
+                let slope = (self.height(i, from, x, z, to) - V::splat(point.y)).over(to);
+                slopes = V::select(open, slopes.max(slope), slopes);
+            }
         }
-        sines
+        // What is shared is as far from the point as it is beyond the middle, less how far the point is ahead of that.
+        let ahead = from - shared.middle;
+        let ahead = x.mul_add(V::splat(ahead.x), z * V::splat(ahead.y));
+        for i in 0..shared.count {
+            let to = shared.distances[i] - ahead;
+            if V::any(V::splat(above).less(slopes, to).gt(V::splat(0.0))) {
+                slopes = slopes.max((shared.heights[i] - V::splat(point.y)).over(to));
+            }
+        }
+        slopes.over(slopes.mul_add(slopes, V::splat(1.0)).sqrt())
     }
 
     /// Factor and shift from metres beyond the least corner to posts of a level.
@@ -275,9 +358,23 @@ impl<const ORDER: usize, Points: Iterator<Item = Vec3>> Kernel for March<'_, ORD
     type Output = ();
     #[inline(always)]
     fn run<V: Lane>(self) {
-        for point in self.points {
-            let sines = self.field.horizon::<V>(point);
-            self.out.push(Sh::one() - self.table.hidden_inlined::<V>(&sines));
+        let (mut points, mut sines) = ([Vec3::ZERO; CLUSTER], [[0.0; AZIMUTHS]; CLUSTER]);
+        let mut coming = self.points;
+        loop {
+            let mut count = 0;
+            while count < CLUSTER
+                && let Some(point) = coming.next()
+            {
+                points[count] = point;
+                count += 1;
+            }
+            if count == 0 {
+                return;
+            }
+            self.field.horizons::<V>(&points[..count], &mut sines);
+            for sines in &sines[..count] {
+                self.out.push(Sh::one() - self.table.hidden_inlined::<V>(sines));
+            }
         }
     }
 }
@@ -345,7 +442,9 @@ mod tests {
             type Output = [f32; AZIMUTHS];
             #[inline(always)]
             fn run<V: Lane>(self) -> Self::Output {
-                self.0.horizon::<V>(self.1)
+                let mut sines = [[0.0; AZIMUTHS]; CLUSTER];
+                self.0.horizons::<V>(&[self.1], &mut sines);
+                sines[0]
             }
         }
         simd.run(One(field, point))
@@ -359,8 +458,8 @@ mod tests {
         let mut i = 0;
         while before < reach {
             let to = distance.min(reach);
-            let level = (i - 2 * KAPPA_OCTAVES).max(0) as usize;
-            let level = &field.levels[level.min(field.levels.len() - 1)];
+            let level = i as usize;
+            let level = &field.levels[level.saturating_sub(2 * KAPPA_OCTAVES).min(field.levels.len() - 1)];
             let (to_level, shift) = field.to_level(level);
             let height = level.at((middle + direction * to - field.min) * to_level + shift);
             slope = slope.max((height - point.y) / to);
@@ -388,6 +487,62 @@ mod tests {
                     assert!((sine - plain).abs() < 1e-4, "{simd:?} {point} azimuth {k}: {sine} {plain}");
                 }
             }
+        }
+    }
+
+    #[test]
+    fn points_that_march_together_are_as_near_the_truth_as_each_is_alone() {
+        let n = 300;
+        let at = |i: usize| [(i % n) as f32 * 0.1, (i / n) as f32 * 0.1];
+        let height = |[x, z]: [f32; 2]| (0.9 * x).sin() * (0.6 * z).cos() + 0.2 * (2.9 * x + 1.7 * z).sin();
+        let heights = (0..n * n).map(|i| height(at(i))).collect();
+        let field = HeightField::new(n, n, Vec2::ZERO, Vec2::splat(29.9), heights).unwrap();
+        let marched = FieldVisibility::new(&Arc::new(field), 0, &Affine3A::IDENTITY).unwrap();
+        struct Together<'a>(&'a FieldVisibility, &'a [Vec3]);
+        impl Kernel for Together<'_> {
+            type Output = [[f32; AZIMUTHS]; CLUSTER];
+            #[inline(always)]
+            fn run<V: Lane>(self) -> Self::Output {
+                let mut sines = [[0.0; AZIMUTHS]; CLUSTER];
+                self.0.horizons::<V>(self.1, &mut sines);
+                sines
+            }
+        }
+        let truth = |point: Vec3, direction: Vec2| {
+            let from = Vec2::new(point.x, point.z);
+            let reach = border(marched.min, marched.max, from, direction);
+            let steps = (reach / 0.05).ceil().max(1.0);
+            let slope = |i: i32| {
+                let to = reach * i as f32 / steps;
+                (height((from + direction * to).to_array()) - point.y) / to
+            };
+            let slope = (1..=steps as i32).map(slope).fold(DOWN, f32::max);
+            slope / (1.0 + slope * slope).sqrt()
+        };
+        for size in [0.1, 0.3, 1.0] {
+            let (mut alone, mut in_common, mut apart, mut count) = (0.0f32, 0.0f32, 0.0f32, 0);
+            for cluster in 0..24 {
+                let part = |i: usize, step: f32| (i as f32 * step).fract();
+                let (x, z) = (28.0 * part(cluster, 0.618), 28.0 * part(cluster, 0.414));
+                let points: [Vec3; CLUSTER] = std::array::from_fn(|i| {
+                    let (x, z) = (x + size * part(i, 0.732), z + size * part(i, 0.317));
+                    Vec3::new(x, height([x, z]) + 0.1 * part(i, 0.553), z)
+                });
+                let together = Simd::detect().run(Together(&marched, &points));
+                for (point, sines) in points.iter().zip(&together) {
+                    let by_itself = horizon(&marched, *point);
+                    for (k, direction) in AZIMUTH_DIRECTIONS.into_iter().enumerate() {
+                        let exact = truth(*point, direction);
+                        alone += (by_itself[k] - exact).abs();
+                        in_common += (sines[k] - exact).abs();
+                        apart += (sines[k] - by_itself[k]).abs();
+                        count += 1;
+                    }
+                }
+            }
+            let [alone, in_common, apart] = [alone, in_common, apart].map(|sum| sum / count as f32);
+            println!("within {size}: off by {alone:.5} alone, {in_common:.5} together, {apart:.5} apart");
+            assert!(in_common < 1.15 * alone && apart < alone, "{size}: {alone} {in_common} {apart}");
         }
     }
 
