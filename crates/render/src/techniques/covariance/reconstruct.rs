@@ -191,11 +191,13 @@ impl Kernel for Row<'_> {
             if a.max(b) < 0.2 {
                 sums = [*own; SCALES.len()];
             } else {
-                for v in (ys - reach).max(0)..=(ys + reach).min(height as isize - 1) {
-                    let row = &halves[v as usize * width..];
-                    for u in (xs - reach).max(0)..=(xs + reach).min(width as isize - 1) {
-                        let d = Vec2::new((u - xs) as f32, (v - ys) as f32);
-                        let (along, across) = (d.dot(shape.axis), d.perp_dot(shape.axis));
+                let Vec2 { x: cos, y: sin } = shape.axis;
+                for v in (ys - reach).max(0)..(ys + reach + 1).min(height as isize) {
+                    let row = &halves[v as usize * width..][..width];
+                    let dy = (v - ys) as f32;
+                    for u in (xs - reach).max(0)..(xs + reach + 1).min(width as isize) {
+                        let dx = (u - xs) as f32;
+                        let (along, across) = (dx * cos + dy * sin, dx * sin - dy * cos);
                         let exponent = p * along * along + q * across * across;
                         if exponent > 0.5 * REACH * REACH {
                             continue;
@@ -251,25 +253,42 @@ fn squared_error(halves: &Sums, all: &[Three; TRIED], tried: usize) -> f32 {
 fn smoothed(values: &[f32], [width, height]: [usize; 2], judge: f32) -> Vec<f32> {
     let reach = (2.5 * judge).ceil() as isize;
     let kernel: Vec<f32> = (-reach..=reach).map(|d| (-0.5 * (d as f32 / judge).powi(2)).exp()).collect();
-    let pass = |values: &[f32], across: bool| {
+    // Of the weights that lie within a line of so many.
+    let totals = |count: usize| -> Vec<f32> {
+        let within = |i: isize| (0..count as isize).contains(&i);
+        let total = |at: usize| {
+            let of = |(k, weight): (usize, &f32)| within(at as isize + k as isize - reach).then_some(*weight);
+            kernel.iter().enumerate().filter_map(of).sum()
+        };
+        (0..count).map(total).collect()
+    };
+    let of_columns = totals(width);
+    let of_rows = totals(height);
+    let lines = |f: &(dyn Fn(usize, &mut [f32]) + Sync)| {
         let mut result = vec![0.0; values.len()];
-        result.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
-            for (x, out) in row.iter_mut().enumerate() {
-                let (mut sum, mut total) = (0.0, 0.0);
-                for (k, weight) in kernel.iter().enumerate() {
-                    let d = k as isize - reach;
-                    let (u, v) =
-                        if across { (x as isize + d, y as isize) } else { (x as isize, y as isize + d) };
-                    if u >= 0 && v >= 0 && u < width as isize && v < height as isize {
-                        let value = values[v as usize * width + u as usize];
-                        sum += weight * value;
-                        total += weight;
-                    }
-                }
-                *out = sum / total;
-            }
-        });
+        result.par_chunks_mut(width).enumerate().for_each(|(y, row)| f(y, row));
         result
     };
-    pass(&pass(values, true), false)
+    let across = lines(&|y, row| {
+        let from = &values[y * width..][..width];
+        for (k, weight) in kernel.iter().enumerate() {
+            let (skip, ahead) = ((reach as usize).saturating_sub(k), k.saturating_sub(reach as usize));
+            for (out, value) in row.iter_mut().skip(skip).zip(from.iter().skip(ahead)) {
+                *out += weight * value;
+            }
+        }
+        row.iter_mut().zip(&of_columns).for_each(|(out, total)| *out /= total);
+    });
+    lines(&|y, row| {
+        for (k, weight) in kernel.iter().enumerate() {
+            let v = y as isize + k as isize - reach;
+            if v < 0 || v >= height as isize {
+                continue;
+            }
+            for (out, value) in row.iter_mut().zip(&across[v as usize * width..][..width]) {
+                *out += weight * value;
+            }
+        }
+        row.iter_mut().for_each(|out| *out /= of_rows[y]);
+    })
 }

@@ -77,11 +77,13 @@ impl Kernel for GuidedRow<'_> {
             let mut unit = [1.0; 16];
             unit[1 + NEARNESS] = 1.0 / middle[1 + NEARNESS].max(1e-6);
             let mut sums = [[0.0f32; 16]; TERMS];
-            for v in (ys - reach).max(0)..=(ys + reach).min(height as isize - 1) {
+            let Vec2 { x: cos, y: sin } = shape.axis;
+            for v in (ys - reach).max(0)..(ys + reach + 1).min(height as isize) {
                 let row = &values[v as usize * width..][..width];
-                for u in (xs - reach).max(0)..=(xs + reach).min(width as isize - 1) {
-                    let d = Vec2::new((u - xs) as f32, (v - ys) as f32);
-                    let (along, across) = (d.dot(shape.axis), d.perp_dot(shape.axis));
+                let dy = (v - ys) as f32;
+                for u in (xs - reach).max(0)..(xs + reach + 1).min(width as isize) {
+                    let dx = (u - xs) as f32;
+                    let (along, across) = (dx * cos + dy * sin, dx * sin - dy * cos);
                     let exponent = p * along * along + q * across * across;
                     if exponent > 0.5 * REACH * REACH {
                         continue;
@@ -92,10 +94,10 @@ impl Kernel for GuidedRow<'_> {
                     for lane in 0..16 {
                         here[lane] = (values[lane] - offset[lane]) * unit[lane];
                     }
-                    for (sums, term) in sums.iter_mut().zip(here) {
-                        let weighted = weight * term;
+                    for term in 0..TERMS {
+                        let weighted = weight * here[term];
                         for lane in 0..16 {
-                            sums[lane] += weighted * here[lane];
+                            sums[term][lane] += weighted * here[lane];
                         }
                     }
                 }
