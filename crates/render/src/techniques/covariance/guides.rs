@@ -5,7 +5,7 @@
 //! picture, so what is left of the light beside them varies as slowly as covariance says without any edges. Rays of their own,
 //! for the noise of guides must not be that of the samples.
 //!
-//! Cost: four camera rays and shadow rays a pixel, 32 next to edges and where those are blurred.
+//! Cost: four camera rays and shadow rays a pixel, 32 or as many as samples next to edges and where those are blurred.
 
 use glam::Vec3;
 use halflight_scene::Frame;
@@ -24,21 +24,26 @@ pub(super) type Guides = [f32; GUIDES];
 /// Which of them is the nearness, whose scale is that of the place.
 pub(super) const NEARNESS: usize = 6;
 
-/// Rays of a pixel: far from edges and near them. With 4 for all the error of what is blurred is half as large again as with 16 at 8
+/// Rays of a pixel: far from edges and, at least, near them. With 4 for all the error of what is blurred is half as large again as with 16 at 8
 /// samples a pixel, with 32 it is a tenth less.
 const RAYS: [u32; 2] = [4, 32];
+/// With more samples than that as many rays as samples, or their noise would stay; but no more than these.
+const MOST: u32 = 256;
 /// How near is near: pixels, and deviations of the edge's blur.
 const NEAR: [f32; 2] = [2.0, 2.5];
 /// What tells their seed from that of samples.
 pub(super) const SEED: u64 = 0x1f83_d9ab_fb41_bd6b;
 
-/// The guides of all pixels, rows from the top, and how many rays they took. `camera` has a seed of its own.
+/// The guides of all pixels, rows from the top, and how many rays they took, for a picture of so many samples a pixel. `camera` has
+/// a seed of its own.
 pub(super) fn guides(
     frame: &Frame,
     axes: &FilmAxes,
     look: &Look,
     camera: &CameraSampler,
+    samples: u32,
 ) -> (Vec<Guides>, u64) {
+    let counts = [RAYS[0], samples.clamp(RAYS[1], MOST)];
     let width = look.width;
     let narrow = Narrow::of(frame);
     let mut all = vec![[0.0; GUIDES]; width * look.height];
@@ -48,12 +53,12 @@ pub(super) fn guides(
         .map(|(y, row)| {
             let rays = |x: usize| {
                 let near = look.edges[y * width + x].is_within(NEAR[0], NEAR[1]);
-                RAYS[usize::from(near)]
+                counts[usize::from(near)]
             };
             let rays: Vec<u32> = (0..width).map(rays).collect();
             let mut packet = Vec::with_capacity(width);
             let mut hits: Vec<Option<Hit>> = vec![None; width];
-            for sample in 0..RAYS[1] {
+            for sample in 0..counts[1] {
                 let of = (0..width).filter(|&x| sample < rays[x]);
                 packet.clear();
                 packet.extend(of.clone().map(|x| camera.ray(x, y, sample).0));

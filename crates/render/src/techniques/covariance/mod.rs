@@ -217,7 +217,7 @@ impl Technique for Covariance {
         known.measure(&samples);
         let picture = filtered.then(|| {
             let camera = CameraSampler::new(frame, width, height, budget.seed ^ guides::SEED);
-            let (guides, rays) = stages.time("guides", || guides::guides(frame, &axes, &look, &camera));
+            let (guides, rays) = stages.time("guides", || guides::guides(frame, &axes, &look, &camera, done));
             report.rays += rays;
             stages.time("filters", || {
                 let filters =
