@@ -36,6 +36,29 @@ fn info_describes_meshes_scenes_and_pictures() {
 }
 
 #[test]
+fn info_shows_a_layer_in_false_colour() {
+    let place = Place::new();
+    place.done("render scene.toml --spp 1 -o out.exr");
+    let outcome = place.done("info out.exr --layer depth -o depth.png --range 0,10");
+    assert!(outcome.stdout.contains("depth.Z from 0 (dark) to 10 (yellow)"), "{outcome:?}");
+    let sizes = place.done("info depth.png").stdout;
+    let line = |text: &str| text.lines().find(|line| line.contains("size")).map(str::to_string);
+    assert_eq!(line(&sizes), line(&place.done("info out.exr").stdout));
+    for (wish, told) in [
+        ("out.exr --layer dept -o x.png", "did you mean depth"),
+        ("out.exr --layer normal -o x.png", "choose one of normal.X, normal.Y, normal.Z"),
+        ("out.exr --layer depth -o x.jpg", "shown as .png"),
+        ("out.exr --layer depth -o x.png --range 3,1", "LOW below HIGH"),
+        ("hall.hdr --layer depth -o x.png", "only .exr pictures"),
+        ("out.exr --layer depth", "--output"),
+    ] {
+        let outcome = place.run(&format!("info {wish}"));
+        assert!(outcome.code == 2 && outcome.stderr.contains(told), "{wish}: {outcome:?}");
+    }
+    assert!(!place.path("x.png").exists());
+}
+
+#[test]
 fn info_says_what_it_cannot_read() {
     let place = Place::new();
     place.write("empty.ply", "");

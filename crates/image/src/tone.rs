@@ -76,11 +76,19 @@ pub fn encode_png(image: &RgbImage, mapping: &ToneMapping) -> Result<Vec<u8>, St
     Ok(bytes)
 }
 
+/// Writes sRGB bytes as they are.
+pub(crate) fn save_png_bytes(path: &Path, bytes: &[u8], size: [usize; 2]) -> Result<(), SaveError> {
+    write_whole(path, "PNG picture", |writer| write_png_bytes(writer, bytes, size))
+}
+
 fn write_png(writer: impl std::io::Write, image: &RgbImage, mapping: &ToneMapping) -> std::io::Result<()> {
-    let bytes = to_srgb_bytes(image, mapping);
+    write_png_bytes(writer, &to_srgb_bytes(image, mapping), [image.width, image.height])
+}
+
+fn write_png_bytes(writer: impl std::io::Write, bytes: &[u8], size: [usize; 2]) -> std::io::Result<()> {
     let encoder = PngEncoder::new_with_quality(writer, CompressionType::Default, FilterType::Adaptive);
-    let (width, height) = (image.width as u32, image.height as u32);
-    encoder.write_image(&bytes, width, height, ExtendedColorType::Rgb8).map_err(|e| match e {
+    let [width, height] = size.map(|side| side as u32);
+    encoder.write_image(bytes, width, height, ExtendedColorType::Rgb8).map_err(|e| match e {
         image::ImageError::IoError(error) => error,
         other => std::io::Error::other(other.to_string()),
     })

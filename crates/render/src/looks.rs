@@ -79,7 +79,8 @@ fn left_out(frame: &Frame) -> Option<String> {
 
 /// The loop of [`add_looks`], for techniques with a g-buffer of their own: `look` is given the size of the picture, the
 /// point of the pixels to look through, the number of the look and the stages, and gives the picture and its rays. Looks are
-/// as many as the budget says, `default` if nothing limits them, at most `most`.
+/// as many as the budget says, `default` if nothing limits them, at most `most`. A look may be left half-done once
+/// [`Progress::unwanted`] says so.
 pub(crate) fn each_look(
     film: &mut Film,
     (budget, deadline): (&Budget, &Deadline),
@@ -106,6 +107,11 @@ pub(crate) fn each_look(
         };
         let (picture, rays) = look([film.width(), film.height()], offset, sample, &mut stages);
         report.rays += rays;
+        if progress.unwanted() {
+            // It may be half-done.
+            report.interrupted = true;
+            break;
+        }
         report.non_finite += stages.time("film", || film.add_picture(&picture));
         progress.report("samples", u64::from(sample + 1), u64::from(target));
         progress.pass(film);

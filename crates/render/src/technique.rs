@@ -62,6 +62,12 @@ pub trait Progress: Sync {
         false
     }
 
+    /// Whether nobody wants what is under way any more: a technique may leave it half-done, and adds none of it to the film.
+    /// Once true it stays true.
+    fn unwanted(&self) -> bool {
+        false
+    }
+
     /// A moment between passes when the film is consistent, for checkpoints and previews.
     fn pass(&self, film: &Film) {
         let _ = film;

@@ -75,6 +75,11 @@ impl Progress for Told {
     fn stop(&self) -> bool {
         self.cancelled.load(Ordering::Relaxed)
     }
+
+    /// Of a picture that is looked at what has moved since is of no use.
+    fn unwanted(&self) -> bool {
+        self.stop()
+    }
 }
 
 impl Job {

@@ -1,7 +1,8 @@
 //! From films to what is sent: tone and exposure, layers in false colour, differences between sides.
 
 use halflight_image::metrics::flip;
-use halflight_image::report::colors::{magma, viridis};
+use halflight_image::report::FalseColor;
+use halflight_image::report::colors::magma;
 use halflight_image::{RgbImage, ToneCurve, ToneMapping, to_srgb_bytes};
 use halflight_render::Film;
 use halflight_render::features::{FEATURE_LAYERS, add_layers};
@@ -11,12 +12,6 @@ use serde_json::{Value, json};
 /// Quality of pictures that move and at rest, of 100.
 const MOVING: u8 = 80;
 const STILL: u8 = 94;
-/// Part of the values at each end that the legend of a layer leaves out.
-const OUTLIERS: f32 = 0.005;
-
-/// The colour of pixels that have no value: the background of a depth.
-const NOTHING: [u8; 3] = [0x3c, 0x3c, 0x40];
-
 /// A picture of 8 bits a colour, with its legend if it has one.
 pub(crate) struct Shot {
     pub(crate) width: usize,
@@ -110,21 +105,11 @@ fn three(
     Shot { width, height, bytes, legend: json!({ "words": words }) }
 }
 
-/// Numbers in the colours of viridis, from the least to the greatest without a few outliers.
+/// Numbers in false colour, from the least to the greatest without a few outliers.
 fn scalar(values: &[f32], width: usize, height: usize, unit: &str) -> Shot {
-    let mut sorted: Vec<f32> = values.iter().copied().filter(|v| v.is_finite()).collect();
-    sorted.sort_by(f32::total_cmp);
-    let at =
-        |part: f32| sorted.get((part * (sorted.len().max(1) - 1) as f32) as usize).copied().unwrap_or(0.0);
-    let (low, high) = (at(OUTLIERS), at(1.0 - OUTLIERS));
-    let table = viridis();
-    let scale = if high > low { 255.0 / (high - low) } else { 0.0 };
-    let color = |value: &f32| {
-        if value.is_finite() { table[((value - low) * scale).clamp(0.0, 255.0) as usize] } else { NOTHING }
-    };
-    let nothing = sorted.len() < values.len();
-    let legend = json!({ "low": low, "high": high, "unit": unit, "map": "viridis", "nothing": nothing });
-    Shot { width, height, bytes: values.iter().flat_map(color).collect(), legend }
+    let FalseColor { bytes, low, high, has_gaps, .. } = FalseColor::new(values, [width, height], None);
+    let legend = json!({ "low": low, "high": high, "unit": unit, "map": "viridis", "nothing": has_gaps });
+    Shot { width, height, bytes, legend }
 }
 
 /// How the two sides differ: FLIP as its authors show it, with its mean.

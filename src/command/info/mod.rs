@@ -1,6 +1,7 @@
 //! `halflight info`: what is in a file.
 
 mod field_file;
+mod layer;
 mod model;
 mod picture;
 
@@ -20,6 +21,18 @@ use super::{brdf, words};
 pub(crate) struct InfoArgs {
     /// A scene, a mesh, a picture or a measured material; .xz is unpacked
     file: PathBuf,
+
+    /// A layer of an EXR picture to show in false colour, as its channels are named: level, depth.Z
+    #[arg(long, value_name = "NAME", requires = "output")]
+    layer: Option<String>,
+
+    /// The PNG to show it in
+    #[arg(short, long, value_name = "FILE", requires = "layer")]
+    output: Option<PathBuf>,
+
+    /// The values that are darkest and brightest [default: all but a few outliers]
+    #[arg(long, value_name = "LOW,HIGH", requires = "layer", allow_hyphen_values = true)]
+    range: Option<String>,
 }
 
 /// A description for people and one for programs.
@@ -30,6 +43,9 @@ pub(crate) struct Description {
 
 pub(crate) fn run(args: &InfoArgs, console: Console) -> Result<(), Failure> {
     let path = &args.file;
+    if let (Some(layer), Some(output)) = (&args.layer, &args.output) {
+        return layer::show(path, layer, args.range.as_deref(), output, console);
+    }
     let Description { text, json } = match extension(path).as_str() {
         "ply" | "obj" | "gltf" | "glb" => model::describe(path)?,
         "binary" => brdf::describe(path)?,

@@ -22,6 +22,7 @@
 
 pub mod colors;
 mod encode;
+mod false_color;
 mod figures;
 mod maps;
 mod measure;
@@ -29,6 +30,7 @@ mod page;
 mod plot;
 mod text;
 
+pub use false_color::FalseColor;
 pub use figures::{Figures, Row};
 pub use measure::{Report, ReportError};
 

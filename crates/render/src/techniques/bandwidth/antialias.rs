@@ -51,6 +51,9 @@ pub(super) fn refine(
         .map(|y| {
             let mut room = shader.room();
             let mut row = Vec::new();
+            if shader.progress.unwanted() {
+                return (row, 0);
+            }
             for x in 0..width {
                 let Some(side) = finer.places([x, y], side) else { continue };
                 let corner = Vec2::new(x as f32, y as f32) + offset - Vec2::splat(0.5);

@@ -42,6 +42,8 @@ const CONTRAST_ERROR: f32 = 0.1;
 const COARSEST_OF_SHADOWS: i32 = 2;
 /// Most samples of a point for speaking for many pixels.
 const MOST_FOR_MANY: u32 = 512;
+/// The same of points of lamps, whose mean settles sooner.
+const MOST_OF_LAMPS_FOR_MANY: u32 = 64;
 /// Weight of the tilt in the exponent, for steps in spacings of the coarser lattice.
 const TILTED: f32 = 1.0;
 /// Bound of the tilt, so that grazing points keep weights at all.
@@ -59,6 +61,7 @@ pub(super) struct Known {
 }
 
 /// What was shaded of a picture, before it is composed, and what that took.
+#[derive(Default)]
 pub(super) struct Shaded {
     pub(super) pixels: Vec<Known>,
     pub(super) rays: u64,
@@ -105,6 +108,9 @@ pub(super) fn shade(shader: &Shader, surfaces: &Surfaces, buffer: &Buffer) -> Sh
             .enumerate()
             .map(|(j, row)| {
                 let (mut room, mut wanted) = (shader.room(), Vec::new());
+                if shader.progress.unwanted() {
+                    return 0;
+                }
                 for (i, out) in row.iter_mut().enumerate() {
                     let place = [(i * size).min(width - 1), (j * size).min(height - 1)];
                     let index = place[1] * width + place[0];
@@ -142,7 +148,9 @@ pub(super) fn shade(shader: &Shader, surfaces: &Surfaces, buffer: &Buffer) -> Sh
                     let (point, predicted) = (&surfaces.points[at(i)], &buffer.pixels[at(i)]);
                     let fewest = ((FEWEST << (2 * predicted.level.max(0))) / 2).clamp(FEWEST, MOST_FOR_MANY);
                     let samples = predicted.samples.map(u32::from);
-                    let samples = samples.map(|n| if n > 1 { n.max(fewest) } else { n });
+                    let at_least = |n: u32, fewest: u32| if n > 1 { n.max(fewest) } else { n };
+                    let fewest = [fewest, fewest.min(MOST_OF_LAMPS_FOR_MANY)];
+                    let samples = [at_least(samples[0], fewest[0]), at_least(samples[1], fewest[1])];
                     let shares = shader.shares(point, place(i).map(|p| p as u32), samples, &mut room);
                     row[i] = Known { shares, samples: (samples[0] + samples[1]) as u16, shaded: true };
                 }

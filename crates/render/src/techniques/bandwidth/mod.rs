@@ -85,7 +85,8 @@ pub struct BandwidthTechnique {
     openness: Option<Openness>,
 }
 
-/// One look at a picture.
+/// One look at a picture; without pixels if it was given up.
+#[derive(Default)]
 struct Look {
     picture: Vec<Vec3>,
     shaded: Shaded,
@@ -128,6 +129,9 @@ impl BandwidthTechnique {
         let room = std::mem::take(&mut *self.room.lock().unwrap_or_else(PoisonError::into_inner));
         let surfaces = stages.time("g-buffer", || Surfaces::look(frame, size, offset, room));
         let covered = surfaces.points.par_iter().with_min_len(4096).filter(|p| p.is_there()).count();
+        if shader.progress.unwanted() {
+            return Look::default();
+        }
         let mut look = if self.settings.is_exhaustive() {
             let shaded = stages.time("shading", || shade_all(shader, &surfaces));
             Look { picture: Vec::new(), shaded, buffer: None, covered, finer: 0 }
@@ -193,6 +197,9 @@ fn shade_all(shader: &Shader, surfaces: &Surfaces) -> Shaded {
         .enumerate()
         .map(|(y, row)| {
             let mut room = shader.room();
+            if shader.progress.unwanted() {
+                return 0;
+            }
             let there: Vec<usize> = (0..row.len()).filter(|&x| surfaces.at(x, y).is_there()).collect();
             for group in there.chunks(TOGETHER) {
                 room.look_around(group.iter().map(|&x| surfaces.at(x, y)));
@@ -251,11 +258,14 @@ impl Technique for BandwidthTechnique {
             |size, offset, sample, stages| {
                 let seed = budget.seed.wrapping_add(u64::from(sample) << 40);
                 let settings = &self.settings;
-                let shader = Shader { frame, light: &light, lobes: &lobes, settings, blocking, seed };
+                let shader =
+                    Shader { frame, light: &light, lobes: &lobes, settings, blocking, seed, progress };
                 let mut look = self.look(&shader, size, offset, stages);
                 let picture = std::mem::take(&mut look.picture);
                 let rays = (size[0] * size[1]) as u64 + look.shaded.rays;
-                last = Some(look);
+                if !progress.unwanted() {
+                    last = Some(look);
+                }
                 (picture, rays)
             },
         );

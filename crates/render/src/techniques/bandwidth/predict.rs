@@ -51,7 +51,10 @@ const DARK: f32 = 0.1;
 /// linearly, which needs more than a sinc does. Chosen by `halflight bench bandwidth`.
 const DENSITY: f32 = 1.5;
 /// Light that was convolved with the gaps between samples has hardly any noise that their even distribution leaves.
-const STRATIFIED: f32 = 0.5;
+const STRATIFIED: f32 = 0.25;
+/// The variance of the mean of N points of lamps falls with this power of N: they are those of a sequence that fills squares
+/// evenly, and an edge across it, a shadow's or a panel's, still leaves this.
+const LAMPS_FALL: f32 = 1.5;
 /// The variance that is told is so many times what the directions tell, as they are few and neighbours of what they mean.
 const CAUTION: f32 = 2.1;
 /// Squared relative error of one sample of a lobe so sharp that it sees a sun or does not.
@@ -312,8 +315,12 @@ impl<'a> Judge<'a> {
         // Two lights share the error; each has half of its square.
         let parts = if judged.mean[0] > 0.0 && judged.mean[1] > 0.0 { 2.0 } else { 1.0 };
         let count = |kind: usize| {
-            let number = parts * judged.variance[kind] / (error * error)
-                * if filtered && kind == 0 { STRATIFIED } else { 1.0 };
+            let number = parts * judged.variance[kind] / (error * error);
+            let number = match kind {
+                0 if filtered => STRATIFIED * number,
+                0 => number,
+                _ => number.powf(1.0 / LAMPS_FALL),
+            };
             // Converting saturates, NaN becomes 0.
             let least = if filtered && kind == 0 { FEWEST_FILTERED } else { FEWEST };
             let whole = (number.ceil() as u32).clamp(least, MOST_SAMPLES as u32);

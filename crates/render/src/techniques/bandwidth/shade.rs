@@ -28,6 +28,7 @@ use super::samples::{GROUP, HalfSamples, LANES, Reflect, elevations, run};
 use super::settings::{BandwidthSettings, Mode};
 use super::surface::SurfacePoint;
 use crate::sampler::Sampler;
+use crate::technique::Progress;
 
 /// Widths of the gaps between samples that a convolution may span.
 const OVERLAP: f32 = 8.0;
@@ -43,6 +44,8 @@ pub(super) struct Shader<'a> {
     pub(super) blocking: Blocking<'a>,
     /// Of this look.
     pub(super) seed: u64,
+    /// Tells when nobody wants this look any more.
+    pub(super) progress: &'a dyn Progress,
 }
 
 /// How a point is shaded under the environment.

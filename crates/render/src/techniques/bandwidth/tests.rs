@@ -334,7 +334,9 @@ fn predicted_variance_covers_the_measured_one_nearly_everywhere() {
         let looks = 1024;
         for seed in 0..looks {
             let (settings, blocking) = (&technique.settings, Blocking::Nothing);
-            let shader = Shader { frame: &frame, light: &light, lobes: &lobes, settings, blocking, seed };
+            let progress = &Quiet;
+            let shader =
+                Shader { frame: &frame, light: &light, lobes: &lobes, settings, blocking, seed, progress };
             let mut room = shader.room();
             let radiance = shader.radiance(point, [i as u32, 7], [1, 0], &mut room);
             let l = f64::from(halflight_scene::lights::luminance(radiance));
