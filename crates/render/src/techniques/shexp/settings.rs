@@ -71,7 +71,7 @@ record! {
         /// How far the irradiances at those points may differ, in parts of the unshadowed light, before more points are
         /// taken between them.
         #[example = "0.02"]
-        tolerance: f32 = 0.05 => positive(),
+        tolerance: f32 = 0.1 => positive(),
         /// Whether blockers that overlap count less.
         #[example = "false"]
         attenuation: bool = true,
@@ -117,7 +117,7 @@ impl ShexpSettings {
         order: 4,
         spheres: 50,
         stride: 8,
-        tolerance: 0.05,
+        tolerance: 0.1,
         attenuation: true,
         blocker: BlockerLog::Table,
         epsilon: 0.25,
