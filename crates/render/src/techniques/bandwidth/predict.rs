@@ -44,7 +44,7 @@ pub(super) const COARSEST: i32 = 4;
 /// Fewest and most samples of each kind of light.
 pub(super) const FEWEST: u32 = GROUP as u32;
 /// Fewest of convolved light: all pixels take the same, and of fewer what they miss shows where the number changes.
-const FEWEST_FILTERED: u32 = 64;
+const FEWEST_FILTERED: u32 = 128;
 /// A pixel darker than this share of the mean needs no smaller error than one that has it.
 const DARK: f32 = 0.1;
 /// At an error of 4 % pixels are shaded this much more densely than Nyquist's rate: what lies between is interpolated
